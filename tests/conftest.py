@@ -1,0 +1,17 @@
+"""Fixtures for every test: the devices there are."""
+
+import pytest
+import warp as wp
+
+wp.config.quiet = True
+
+
+def _devices() -> list[str]:
+    wp.init()
+    return ["cpu"] + (["cuda:0"] if wp.is_cuda_available() else [])
+
+
+@pytest.fixture(params=_devices(), scope="session")
+def device(request) -> str:
+    """Each device at hand: the CPU always, CUDA where there is one."""
+    return request.param

@@ -1,0 +1,205 @@
+"""Time step and frames of surface-bound filaments (model §3, "Time"; thesis 5.52, 5.53, D.74, D.81, D.82).
+
+Ω by SBDF2 in increments; the middle node's frame by AB2-Magnus; the other frames outwards from it, each
+projected to the surface once. A rod whose increment is not finite keeps its last state and gets a status.
+"""
+
+import functools
+from types import SimpleNamespace
+
+import warp as wp
+
+from .bound_rod import Filaments, scalars, spin, strain, velocity_along
+from .layout import real
+from .lie import advance, advance_along
+from .surface import Parameters, curvature, frame, normal, to_surface, to_tangent
+
+wp.set_module_options({"enable_backward": False})
+
+WELL = 0
+NOT_FINITE = 1
+OFF_SURFACE = 2
+
+FAR = wp.constant(real(1.0e-3))
+"""A middle node that one Newton step must move by more than this share of Δs has left its surface."""
+
+
+@wp.struct
+class History:
+    """What the two-step scheme remembers, and its clock."""
+
+    pace: wp.array(dtype=wp.vec2d)  # one element: Δt, and its ratio to the step before (0: there was none)
+    clock: wp.array(dtype=wp.float64)  # one element: t
+    geodesic: scalars  # Ω one step ago
+    rate: scalars  # ∂Ω/∂t one step ago
+    increment: scalars  # δ = Ωⁿ⁺¹ − Ω*
+    spin: wp.array(dtype=wp.vec3d)  # ω of the middle node one step ago
+    velocity: wp.array(dtype=wp.vec3d)  # u of the middle node one step ago
+    failed_at: wp.array(dtype=wp.float64)  # t at which the status was set
+
+
+@wp.kernel
+def increment_right_hand_side(f: Filaments, past: History):
+    """Δt((1 + w) R − w R_old) − w(Ω − Ω_old), w the ratio of steps; Euler at w = 0."""
+    rod, i = wp.tid()
+    dt = past.pace[0][0]
+    w = past.pace[0][1]
+    extrapolated = (real(1.0) + w) * f.rate[rod, i] - w * past.rate[rod, i]
+    past.increment[rod, i] = dt * extrapolated - w * (f.geodesic[rod, i] - past.geodesic[rod, i])
+
+
+@wp.func
+def middle_velocity(f: Filaments, rod: int, middle: int) -> wp.vec3d:
+    return wp.vec3d(velocity_along(f, rod, middle), f.across[rod, middle], real(0.0))
+
+
+@wp.kernel
+def judge(f: Filaments, past: History, middle: int):
+    """Freeze a rod whose next state would not be finite."""
+    rod = wp.tid()
+    total = wp.length(spin(f, rod, middle)) + wp.length(middle_velocity(f, rod, middle))
+    for i in range(f.geodesic.shape[1]):
+        total += wp.abs(past.increment[rod, i])
+    if f.status[rod] == WELL and not wp.isfinite(total):
+        f.status[rod] = NOT_FINITE
+        past.failed_at[rod] = past.clock[0]
+
+
+@wp.kernel
+def advance_geodesic(f: Filaments, past: History):
+    """Ωⁿ⁺¹ = Ω + w(Ω − Ω_old) + δ; history moved on."""
+    rod, i = wp.tid()
+    if f.status[rod] != WELL:
+        return
+    now = f.geodesic[rod, i]
+    f.geodesic[rod, i] = now + past.pace[0][1] * (now - past.geodesic[rod, i]) + past.increment[rod, i]
+    past.geodesic[rod, i] = now
+    past.rate[rod, i] = f.rate[rod, i]
+
+
+@wp.kernel
+def tick(past: History):
+    """t += Δt; from now on the step before is as long as this one."""
+    dt = past.pace[0][0]
+    past.clock[0] = past.clock[0] + dt
+    past.pace[0] = wp.vec2d(dt, real(1.0))
+
+
+@wp.func
+def extrapolate(now: wp.vec3d, before: wp.vec3d, ratio: real) -> wp.vec3d:
+    """Two-step Adams-Bashforth mean over the coming step, whose length is ``ratio`` times the last."""
+    return now + real(0.5) * ratio * (now - before)
+
+
+@wp.func
+def first_column(R: wp.mat33d) -> wp.vec3d:
+    return wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
+
+
+@functools.cache
+def on_surface(field: wp.Function) -> SimpleNamespace:
+    """The kernels that need the surface: ``.advance_middle``, ``.rebuild``, ``.place``, ``.residuals``."""
+
+    @wp.func
+    def settle(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
+        """Store node i at r with the tangent of R turned into the tangent plane."""
+        _phi, g, H = field(r, p)
+        n = normal(g)
+        q = to_tangent(first_column(R), n)
+        f.position[rod, i] = r
+        f.rotation[rod, i] = frame(q, n)
+        f.curvature[rod, i] = curvature(g, H, q)
+
+    @wp.func
+    def next_curvature(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
+        _phi, g, H = field(r, p)
+        return curvature(g, H, to_tangent(first_column(R), normal(g)))
+
+    @wp.func
+    def cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d):
+        """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77), two sweeps, then onto the surface.
+
+        The chord keeps the length that its helix gives it, so that projecting does not stretch the rod.
+        """
+        ds = f.spacing[rod] * real(j - i)
+        R = f.rotation[rod, i]
+        r = f.position[rod, i]
+        here = strain(f.curvature[rod, i], f.geodesic[rod, i])
+        mean = real(0.5) * (here + strain(guess, f.geodesic[rod, j]))
+        Q, x = advance_along(R, r, mean, ds)
+        mean = real(0.5) * (here + strain(next_curvature(p, Q, x), f.geodesic[rod, j]))
+        Q, x = advance_along(R, r, mean, ds)
+        phi, g, _H = field(x, p)
+        chord = to_surface(x, phi, g) - r
+        settle(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def place(f: Filaments, parameters: wp.array(dtype=Parameters), node: int):
+        """One node's frame put on the surface, as given in position and rotation, by Newton steps."""
+        rod = wp.tid()
+        r = f.position[rod, node]
+        for _ in range(20):
+            phi, g, _H = field(r, parameters[0])
+            r = to_surface(r, phi, g)
+        settle(f, parameters[0], rod, node, f.rotation[rod, node], r)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def advance_middle(f: Filaments, past: History, parameters: wp.array(dtype=Parameters), middle: int):
+        """The middle frame over one step by AB2-Magnus, and onto the surface."""
+        rod = wp.tid()
+        if f.status[rod] != WELL:
+            return
+        dt = past.pace[0][0]
+        ratio = past.pace[0][1]
+        omega = spin(f, rod, middle)
+        u = middle_velocity(f, rod, middle)
+        omega_mean = extrapolate(omega, past.spin[rod], ratio)
+        u_mean = extrapolate(u, past.velocity[rod], ratio)
+        past.spin[rod] = omega
+        past.velocity[rod] = u
+        R, r = advance(f.rotation[rod, middle], f.position[rod, middle], omega_mean, u_mean, dt)
+        phi, g, _H = field(r, parameters[0])
+        x = to_surface(r, phi, g)
+        if not (wp.length(x - r) < FAR * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
+            f.status[rod] = OFF_SURFACE
+            past.failed_at[rod] = past.clock[0]
+            return
+        settle(f, parameters[0], rod, middle, R, x)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def rebuild(f: Filaments, parameters: wp.array(dtype=Parameters), middle: int):
+        """Frames from the middle node to either end; one thread a half rod."""
+        rod, side = wp.tid()
+        if f.status[rod] != WELL:
+            return
+        way = 2 * side - 1
+        count = middle
+        if side == 1:
+            count = f.geodesic.shape[1] - 1 - middle
+        guess = f.curvature[rod, middle]
+        for k in range(count):
+            i = middle + way * k
+            cell(f, parameters[0], rod, i, i + way, guess)
+            guess = real(2.0) * f.curvature[rod, i + way] - f.curvature[rod, i]
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def residuals(f: Filaments, parameters: wp.array(dtype=Parameters), worst: wp.array(dtype=wp.vec3d)):
+        """Worst |φ|/|∇φ|, |q·n| and relative error of a segment's length over each rod's nodes."""
+        rod = wp.tid()
+        nodes = f.geodesic.shape[1]
+        w = wp.vec3d()
+        origin = wp.vec3d()
+        for i in range(nodes):
+            phi, g, _H = field(f.position[rod, i], parameters[0])
+            q = first_column(f.rotation[rod, i])
+            stretch = real(0.0)
+            if i > 0:
+                before = strain(f.curvature[rod, i - 1], f.geodesic[rod, i - 1])
+                mean = real(0.5) * (before + strain(f.curvature[rod, i], f.geodesic[rod, i]))
+                _R, chord = advance_along(f.rotation[rod, i], origin, mean, f.spacing[rod])
+                actual = wp.length(f.position[rod, i] - f.position[rod, i - 1])
+                stretch = wp.abs(actual / wp.length(chord) - real(1.0))
+            w = wp.max(w, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
+        worst[rod] = w
+
+    return SimpleNamespace(place=place, advance_middle=advance_middle, rebuild=rebuild, residuals=residuals)

@@ -1,0 +1,330 @@
+"""Filaments bound to a surface: velocities from shape (model §3; thesis 5.24-5.42, D.4).
+
+Frame (q, n×q, n) of tangent q and outward normal n; strain (K12, −K11, Ω). The geodesic curvature Ω is the one
+dynamic strain. λ, u2 and Ω live at nodes i, u1 at half nodes i + 1/2 (stored at i). With m = B(Ω − σ),
+
+    Z11 u1 + Z12 u2 = λ' + Y1    (half nodes)       Y1 = Ω·m' + f1
+    Z12 u1 + Z22 u2 = Ωλ + Y2    (nodes)            Y2 = F2 − Ωλ of (5.42)
+    u1' = Ω u2                   (nodes)
+
+u2 is eliminated from the first line at half nodes and from the last at nodes: one tridiagonal system in λ.
+"""
+
+import warp as wp
+
+from .layout import real
+from .stencils import (
+    derivative,
+    half_average,
+    half_difference,
+    second_derivative_at_end,
+    second_derivative_at_start,
+    second_difference,
+    trapezoid_weight,
+)
+from .surface import gaussian
+
+wp.set_module_options({"enable_backward": False})
+
+scalars = wp.array2d(dtype=wp.float64)
+vectors = wp.array2d(dtype=wp.vec3d)
+
+
+@wp.struct
+class Filaments:
+    """The arrays of one ensemble: parameters per rod, state and workspace per node [rod, node]."""
+
+    spacing: wp.array(dtype=wp.float64)  # Δs
+    stiffness: wp.array(dtype=wp.vec3d)  # B: twist, normal bending, geodesic bending
+    intrinsic: wp.array(dtype=wp.vec3d)  # σ
+    drag: wp.array(dtype=wp.vec3d)  # ζ∥, ζ⊥, ζr
+    status: wp.array(dtype=wp.int32)  # 0: well; else frozen, see health
+
+    geodesic: scalars  # Ω
+    curvature: vectors  # K11, K12, K22 in the pair (q, n×q)
+    rotation: wp.array2d(dtype=wp.mat33d)  # columns q, n×q, n
+    position: vectors  # r
+    force: vectors  # external force per length, in space
+
+    moment: vectors  # m = B(Ω − σ)
+    shear: scalars  # K11 m1 + K12 m2
+    load: scalars  # Y2
+    to_left: scalars  # u1 at i + 1/2 is to_left λ_i + to_right λ_(i+1) + remainder
+    to_right: scalars
+    remainder: scalars
+    tension: scalars  # λ
+    along: scalars  # u1, half nodes
+    across: scalars  # u2
+    rate: scalars  # ∂Ω/∂t
+
+
+@wp.func
+def strain(K: wp.vec3d, geodesic: real) -> wp.vec3d:
+    """(twist, normal bending, geodesic bending) = (K12, −K11, Ω) (5.17), (5.18)."""
+    return wp.vec3d(K[1], -K[0], geodesic)
+
+
+@wp.func
+def end_slope(K: wp.vec3d, m: wp.vec3d) -> real:
+    """m3' at a free end (D.60)."""
+    return -(real(2.0) * K[1] * m[1] + (K[0] - K[2]) * m[0])
+
+
+@wp.func
+def end_tension(K: wp.vec3d, m: wp.vec3d) -> real:
+    """λ at a free end (D.61)."""
+    return K[0] * m[1] - K[1] * m[0]
+
+
+@wp.func
+def transverse_drag(K: wp.vec3d, drag: wp.vec3d) -> real:
+    """Z22 = ζ⊥ + ζr K22²."""
+    return drag[1] + drag[2] * K[2] * K[2]
+
+
+@wp.func
+def coupling(K: wp.vec3d, drag: wp.vec3d) -> real:
+    """Z12/Z22: how much of the rotational drag of moving along resists moving across."""
+    return drag[2] * K[1] * K[2] / transverse_drag(K, drag)
+
+
+@wp.func
+def moment_curvature(moment: vectors, K: vectors, rod: int, i: int, h: real) -> wp.vec3d:
+    """m'' with the free ends' slope of m3 (D.60); only its last component is used."""
+    last = moment.shape[1] - 1
+    if i == 0:
+        slope = end_slope(K[rod, 0], moment[rod, 0])
+        return second_derivative_at_start(moment, rod, wp.vec3d(real(0.0), real(0.0), slope), h)
+    if i == last:
+        slope = end_slope(K[rod, last], moment[rod, last])
+        return second_derivative_at_end(moment, rod, wp.vec3d(real(0.0), real(0.0), slope), h)
+    return second_difference(moment, rod, i) / (h * h)
+
+
+@wp.func
+def transverse_load(f: Filaments, rod: int, i: int) -> real:
+    """Y2 = F2 − Ωλ, F2 of (5.42)."""
+    h = f.spacing[rod]
+    K = f.curvature[rod, i]
+    m = f.moment[rod, i]
+    dm = derivative(f.moment, rod, i, h)
+    ddm = moment_curvature(f.moment, f.curvature, rod, i, h)
+    f2 = wp.dot(wp.transpose(f.rotation[rod, i]) * f.force[rod, i], wp.vec3d(real(0.0), real(1.0), real(0.0)))
+    turning = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[rod, i] + gaussian(K) * m[2]
+    return -ddm[2] - turning - derivative(f.shear, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + f2
+
+
+@wp.func
+def tangential_load(f: Filaments, rod: int, i: int) -> real:
+    """Y1 = Ω·m' + f1 at i + 1/2 (5.41)."""
+    h = f.spacing[rod]
+    here = strain(f.curvature[rod, i], f.geodesic[rod, i])
+    there = strain(f.curvature[rod, i + 1], f.geodesic[rod, i + 1])
+    f1 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i])
+    g1 = wp.dot(f.rotation[rod, i + 1] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i + 1])
+    return wp.dot(real(0.5) * (here + there), half_difference(f.moment, rod, i, h)) + real(0.5) * (f1 + g1)
+
+
+@wp.func
+def velocity_along(f: Filaments, rod: int, i: int) -> real:
+    """u1 at node i: the mean of its half nodes; at an end carried over half a step by u1' = Ω u2."""
+    last = f.geodesic.shape[1] - 1
+    if i == 0:
+        return f.along[rod, 0] - real(0.5) * f.spacing[rod] * f.geodesic[rod, 0] * f.across[rod, 0]
+    if i == last:
+        return f.along[rod, last - 1] + real(0.5) * f.spacing[rod] * f.geodesic[rod, last] * f.across[rod, last]
+    return half_average(f.along, rod, i - 1)
+
+
+@wp.func
+def velocity_across(f: Filaments, rod: int, i: int) -> real:
+    """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at an end together with u1' = Ω u2 over the last half step."""
+    last = f.geodesic.shape[1] - 1
+    K = f.curvature[rod, i]
+    pull = (f.geodesic[rod, i] * f.tension[rod, i] + f.load[rod, i]) / transverse_drag(K, f.drag[rod])
+    ratio = coupling(K, f.drag[rod])
+    half_turn = real(0.5) * f.spacing[rod] * f.geodesic[rod, i]
+    if i == 0:
+        return (pull - ratio * f.along[rod, 0]) / (real(1.0) - ratio * half_turn)
+    if i == last:
+        return (pull - ratio * f.along[rod, last - 1]) / (real(1.0) + ratio * half_turn)
+    return pull - ratio * half_average(f.along, rod, i - 1)
+
+
+@wp.func
+def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
+    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' u1 (D.27); a free end keeps Ω = σ3."""
+    last = f.geodesic.shape[1] - 1
+    if i == 0 or i == last:
+        return real(0.0)
+    h = f.spacing[rod]
+    turn = f.geodesic[rod, i]
+    bend = second_difference(f.across, rod, i) / (h * h)
+    return (
+        bend
+        + (turn * turn + gaussian(f.curvature[rod, i])) * f.across[rod, i]
+        + derivative(f.geodesic, rod, i, h) * velocity_along(f, rod, i)
+    )
+
+
+@wp.func
+def spin(f: Filaments, rod: int, i: int) -> wp.vec3d:
+    """Angular velocity ω in the frame (5.19), (5.20), (5.25)."""
+    K = f.curvature[rod, i]
+    u1 = velocity_along(f, rod, i)
+    u2 = f.across[rod, i]
+    turning = derivative(f.across, rod, i, f.spacing[rod]) + f.geodesic[rod, i] * u1
+    return wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, turning)
+
+
+@wp.kernel
+def moments(f: Filaments):
+    """m and K11 m1 + K12 m2 at nodes."""
+    rod, i = wp.tid()
+    K = f.curvature[rod, i]
+    m = wp.cw_mul(f.stiffness[rod], strain(K, f.geodesic[rod, i]) - f.intrinsic[rod])
+    f.moment[rod, i] = m
+    f.shear[rod, i] = K[0] * m[0] + K[1] * m[1]
+
+
+@wp.kernel
+def transverse_loads(f: Filaments):
+    """Y2 at nodes."""
+    rod, i = wp.tid()
+    f.load[rod, i] = transverse_load(f, rod, i)
+
+
+@wp.kernel
+def tangential_rows(f: Filaments):
+    """u1 at half nodes as an affine function of λ at its two nodes: u2 eliminated, M11 and M12 of (5.43)."""
+    rod, i = wp.tid()
+    if i == f.geodesic.shape[1] - 1:
+        return
+    K = half_average(f.curvature, rod, i)
+    drag = f.drag[rod]
+    ratio = coupling(K, drag)
+    M11 = real(1.0) / (drag[0] + drag[2] * K[1] * K[1] - ratio * drag[2] * K[1] * K[2])
+    h = f.spacing[rod]
+    lean = real(-0.5) * ratio
+    f.to_left[rod, i] = M11 * (lean * f.geodesic[rod, i] - real(1.0) / h)
+    f.to_right[rod, i] = M11 * (lean * f.geodesic[rod, i + 1] + real(1.0) / h)
+    f.remainder[rod, i] = M11 * (tangential_load(f, rod, i) - ratio * half_average(f.load, rod, i))
+
+
+@wp.kernel
+def tension_rows(f: Filaments, lower: scalars, diagonal: scalars, upper: scalars, right: scalars):
+    """Rows of u1' − Ω u2 = 0 in λ at inner nodes; λ given at free ends (D.61)."""
+    rod, i = wp.tid()
+    K = f.curvature[rod, i]
+    last = f.geodesic.shape[1] - 1
+    if i == 0 or i == last:
+        lower[rod, i] = real(0.0)
+        upper[rod, i] = real(0.0)
+        diagonal[rod, i] = real(1.0)
+        right[rod, i] = end_tension(K, f.moment[rod, i])
+        return
+    h = f.spacing[rod]
+    turn = f.geodesic[rod, i]
+    mobility = turn / transverse_drag(K, f.drag[rod])
+    lean = real(0.5) * turn * coupling(K, f.drag[rod])
+    ahead = real(1.0) / h + lean
+    behind = real(1.0) / h - lean
+    lower[rod, i] = -behind * f.to_left[rod, i - 1]
+    diagonal[rod, i] = ahead * f.to_left[rod, i] - behind * f.to_right[rod, i - 1] - mobility * turn
+    upper[rod, i] = ahead * f.to_right[rod, i]
+    right[rod, i] = mobility * f.load[rod, i] - ahead * f.remainder[rod, i] + behind * f.remainder[rod, i - 1]
+
+
+@wp.kernel
+def velocities_along(f: Filaments):
+    """u1 at half nodes."""
+    rod, i = wp.tid()
+    if i < f.geodesic.shape[1] - 1:
+        f.along[rod, i] = (
+            f.to_left[rod, i] * f.tension[rod, i]
+            + f.to_right[rod, i] * f.tension[rod, i + 1]
+            + f.remainder[rod, i]
+        )
+
+
+@wp.kernel
+def velocities_across(f: Filaments):
+    """u2 at nodes."""
+    rod, i = wp.tid()
+    f.across[rod, i] = velocity_across(f, rod, i)
+
+
+@wp.kernel
+def rates(f: Filaments):
+    """∂Ω/∂t at nodes."""
+    rod, i = wp.tid()
+    f.rate[rod, i] = geodesic_rate(f, rod, i)
+
+
+@wp.kernel
+def bending_rows(
+    f: Filaments,
+    pace: wp.array(dtype=wp.vec2d),
+    lower2: scalars,
+    lower: scalars,
+    diagonal: scalars,
+    upper: scalars,
+    upper2: scalars,
+):
+    """Rows of c − Δt L, L = −∂²(B3/Z22)∂², with the increment and its slope zero at free ends."""
+    rod, i = wp.tid()
+    last = f.geodesic.shape[1] - 1
+    dt = pace[0][0]
+    ratio = pace[0][1]
+    c = (real(1.0) + real(2.0) * ratio) / (real(1.0) + ratio)
+    h2 = f.spacing[rod] * f.spacing[rod]
+    g0 = real(0.0)
+    g1 = real(0.0)
+    g2 = real(0.0)
+    if i > 0 and i < last:
+        scale = dt * f.stiffness[rod][2] / (h2 * h2)
+        g0 = scale / transverse_drag(f.curvature[rod, i - 1], f.drag[rod])
+        g1 = scale / transverse_drag(f.curvature[rod, i], f.drag[rod])
+        g2 = scale / transverse_drag(f.curvature[rod, i + 1], f.drag[rod])
+    diagonal[rod, i] = c + g0 + real(4.0) * g1 + g2
+    lower[rod, i] = real(-2.0) * (g0 + g1)
+    upper[rod, i] = real(-2.0) * (g1 + g2)
+    lower2[rod, i] = g0
+    upper2[rod, i] = g2
+    # The increment's second difference at an end node is 2 δ1/h²: its mirror image lies beyond the end.
+    if i == 1:
+        diagonal[rod, i] += g0
+    if i == last - 1:
+        diagonal[rod, i] += g2
+
+
+@wp.func
+def elastic_density(f: Filaments, rod: int, i: int) -> real:
+    """½ Σ B (Ω − σ)², energy per length."""
+    bend = strain(f.curvature[rod, i], f.geodesic[rod, i]) - f.intrinsic[rod]
+    return real(0.5) * wp.dot(wp.cw_mul(f.stiffness[rod], bend), bend)
+
+
+@wp.func
+def dissipation_density(f: Filaments, rod: int, i: int) -> real:
+    """ζ∥ u1² + ζ⊥ u2² + ζr ω0², power per length."""
+    u = wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], spin(f, rod, i)[0])
+    return wp.dot(f.drag[rod], wp.cw_mul(u, u))
+
+
+@wp.kernel
+def energies(f: Filaments, density: scalars, energy: wp.array(dtype=wp.float64), dissipation: wp.array(dtype=wp.float64)):
+    """Elastic energy, its density at nodes, and dissipated power of each rod; trapezoid rule."""
+    rod = wp.tid()
+    h = f.spacing[rod]
+    nodes = f.geodesic.shape[1]
+    E = real(0.0)
+    D = real(0.0)
+    for i in range(nodes):
+        e = elastic_density(f, rod, i)
+        w = trapezoid_weight(i, nodes, h)
+        density[rod, i] = e
+        E += w * e
+        D += w * dissipation_density(f, rod, i)
+    energy[rod] = E
+    dissipation[rod] = D

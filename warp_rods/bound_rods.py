@@ -1,0 +1,210 @@
+"""An ensemble of filaments bound to one surface: parameters, state, step (model §3; thesis chapter 5)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rods.kernels import bound_frames, bound_rod
+from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
+from warp_rods.kernels.layout import per_node, per_rod
+from warp_rods.recorded import Recorded
+from warp_rods.surfaces import Surface
+
+STATE = ("geodesic", "curvature", "rotation", "position", "status")
+HISTORY = ("pace", "clock", "geodesic", "rate", "spin", "velocity", "failed_at")
+STATUS = {
+    bound_frames.WELL: "well",
+    bound_frames.NOT_FINITE: "became non-finite",
+    bound_frames.OFF_SURFACE: "left its surface",
+}
+
+
+def per_rod_values(values: Any, count: int, size: int = 1) -> np.ndarray:
+    """Numbers for each rod, [count] or [count, size], from one value for all or one a rod."""
+    shape = (count,) if size == 1 else (count, size)
+    return np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=float), shape))
+
+
+class BoundRods:
+    """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
+
+    surface: from ``surfaces.make``. position, direction [rod, 3]: middle node and tangent, projected to the
+    surface and its tangent plane. geodesic_curvature [rod, node] or a number. length, stiffness B
+    (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or one a rod.
+    Both ends are free: m3 = 0, (D.59)-(D.61). Units: lengths and energies of your choice, time = ζ∥·length²/energy.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        position: np.ndarray,
+        direction: np.ndarray,
+        *,
+        nodes: int = 33,
+        length: Any = 1.0,
+        stiffness: Any = (1.0, 1.0, 1.0),
+        intrinsic: Any = (0.0, 0.0, 0.0),
+        drag: Any = (1.0, 2.0, 0.1),
+        geodesic_curvature: Any = None,
+        device=None,
+    ):
+        self.surface, self.nodes, self.count = surface, nodes, len(position)
+        self.device = wp.get_device(device)
+        self.middle = nodes // 2
+        self.length = per_rod_values(length, self.count)
+        self.stiffness = per_rod_values(stiffness, self.count, 3)
+        self.intrinsic = per_rod_values(intrinsic, self.count, 3)
+        self.drag = per_rod_values(drag, self.count, 3)
+        self.time = 0.0
+        self._allocate()
+        self._place(position, direction, geodesic_curvature)
+        self._evaluate = Recorded(self._launch_evaluate, self.device)
+        self._advance = Recorded(self._launch_advance, self.device)
+
+    def _allocate(self) -> None:
+        shape, device = (self.count, self.nodes), self.device
+        f, past = bound_rod.Filaments(), bound_frames.History()
+        f.spacing = wp.array(self.length / (self.nodes - 1), dtype=wp.float64, device=device)
+        for name in ("stiffness", "intrinsic", "drag"):
+            setattr(f, name, wp.array(getattr(self, name), dtype=wp.vec3d, device=device))
+        f.status = per_rod(self.count, wp.int32, device)
+        f.rotation = per_node(*shape, wp.mat33d, device)
+        for name in ("curvature", "position", "force", "moment"):
+            setattr(f, name, per_node(*shape, wp.vec3d, device))
+        for name in ("geodesic", "shear", "load", "to_left", "to_right", "remainder", "tension", "along", "across", "rate"):
+            setattr(f, name, per_node(*shape, wp.float64, device))
+        past.pace = per_rod(1, wp.vec2d, device)
+        past.clock = per_rod(1, wp.float64, device)
+        past.spin, past.velocity = per_rod(self.count, wp.vec3d, device), per_rod(self.count, wp.vec3d, device)
+        past.failed_at = per_rod(self.count, wp.float64, device)
+        past.geodesic, past.rate, past.increment = (per_node(*shape, wp.float64, device) for _ in range(3))
+        self._f, self._past = f, past
+        self._bands = [per_node(*shape, wp.float64, device) for _ in range(5)]
+        self._right = per_node(*shape, wp.float64, device)
+        self._work = per_node(*shape, wp.vec2d, device)
+        self._work1 = per_node(*shape, wp.float64, device)
+        self._density = per_node(*shape, wp.float64, device)
+        self._energy, self._dissipation = per_rod(self.count, wp.float64, device), per_rod(self.count, wp.float64, device)
+        self._residuals = per_rod(self.count, wp.vec3d, device)
+        self._parameters = self.surface.device_parameters(device)
+        self._on_surface = bound_frames.on_surface(self.surface.field)
+
+    def _place(self, position, direction, geodesic_curvature) -> None:
+        """Middle frames from what the user gave, then the frames outwards."""
+        shape, f = (self.count, self.nodes), self._f
+        turn = np.broadcast_to(0.0 if geodesic_curvature is None else np.asarray(geodesic_curvature, float), shape).copy()
+        turn[:, [0, -1]] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
+        r, R = np.zeros((*shape, 3)), np.zeros((*shape, 3, 3))
+        r[:, self.middle] = position
+        R[:, self.middle, :, 0] = direction
+        f.geodesic.assign(turn)
+        f.position.assign(r)
+        f.rotation.assign(R)
+        self._past.geodesic.assign(turn)
+        self._launch(self._on_surface.place, self.count, f, self._parameters, self.middle)
+        self._launch(self._on_surface.rebuild, (self.count, 2), f, self._parameters, self.middle)
+
+    def _launch(self, kernel, dim, *inputs) -> None:
+        wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
+
+    def _launch_evaluate(self) -> None:
+        """Velocities and rates of the present shape under the present forces."""
+        f, grid = self._f, (self.count, self.nodes)
+        lower, diagonal, upper = self._bands[:3]
+        self._launch(bound_rod.moments, grid, f)
+        self._launch(bound_rod.transverse_loads, grid, f)
+        self._launch(bound_rod.tangential_rows, grid, f)
+        self._launch(bound_rod.tension_rows, grid, f, lower, diagonal, upper, self._right)
+        self._launch(solve_tridiagonal, self.count, lower, diagonal, upper, self._right, self._work1, f.tension)
+        self._launch(bound_rod.velocities_along, grid, f)
+        self._launch(bound_rod.velocities_across, grid, f)
+        self._launch(bound_rod.rates, grid, f)
+
+    def _launch_advance(self) -> None:
+        """One step of what ``evaluate`` left."""
+        f, past, grid, surface = self._f, self._past, (self.count, self.nodes), self._on_surface
+        self._launch(bound_rod.bending_rows, grid, f, past.pace, *self._bands)
+        self._launch(bound_frames.increment_right_hand_side, grid, f, past)
+        self._launch(solve_pentadiagonal, self.count, *self._bands, past.increment, self._work, past.increment)
+        self._launch(bound_frames.judge, self.count, f, past, self.middle)
+        self._launch(surface.advance_middle, self.count, f, past, self._parameters, self.middle)
+        self._launch(bound_frames.advance_geodesic, grid, f, past)
+        self._launch(surface.rebuild, (self.count, 2), f, self._parameters, self.middle)
+        self._launch(bound_frames.tick, 1, past)
+
+    def step(self, dt: float, steps: int = 1) -> None:
+        """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order (SBDF2, AB2-Magnus).
+
+        A change of ``dt`` keeps the order: the coefficients follow the ratio of the steps.
+        """
+        self.set_step(dt)
+        for _ in range(steps):
+            self._evaluate()
+            self._advance()
+            self.time += dt
+
+    def set_step(self, dt: float) -> None:
+        """Make ``dt`` the length of the steps to come."""
+        before, ratio = self._past.pace.numpy()[0]
+        if before != dt:
+            self._past.pace.assign([[dt, dt / before if before else 0.0]])
+        elif not self.time:
+            self._past.pace.assign([[dt, 0.0]])
+
+    def evaluate(self) -> None:
+        """Make tension, velocities and rates those of the present shape and force."""
+        self._evaluate()
+
+    @property
+    def force(self) -> np.ndarray:
+        """External force per length in space [rod, node, 3], yours to set."""
+        return self._f.force.numpy()
+
+    @force.setter
+    def force(self, value: np.ndarray) -> None:
+        self._f.force.assign(np.ascontiguousarray(np.broadcast_to(value, (self.count, self.nodes, 3)), dtype=float))
+
+    @property
+    def position(self) -> np.ndarray:
+        """Centre line r [rod, node, 3]."""
+        return self._f.position.numpy()
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Directors as columns (q, n×q, n) [rod, node, 3, 3]."""
+        return self._f.rotation.numpy()
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """K11, K12, K22 [rod, node, 3] of the surface in the pair (q, n×q)."""
+        return self._f.curvature.numpy()
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Twist, normal and geodesic bending (K12, −K11, Ω) [rod, node, 3] (5.17), (5.18)."""
+        K = self.curvature
+        return np.stack([K[..., 1], -K[..., 0], self._f.geodesic.numpy()], axis=-1)
+
+    @property
+    def status(self) -> np.ndarray:
+        """0 while a rod is well [rod]; else a key of ``STATUS``."""
+        return self._f.status.numpy()
+
+    def measure(self) -> dict[str, np.ndarray]:
+        """Energy [rod], its density [rod, node], dissipated power [rod] and residuals [rod, 3] of the present state.
+
+        Residuals: worst |φ|/|∇φ|, |q·n|, relative error of a segment's length.
+        """
+        f = self._f
+        self._evaluate()
+        self._launch(bound_rod.energies, self.count, f, self._density, self._energy, self._dissipation)
+        self._launch(self._on_surface.residuals, self.count, f, self._parameters, self._residuals)
+        return {
+            "energy": self._energy.numpy(),
+            "energy_density": self._density.numpy(),
+            "dissipation": self._dissipation.numpy(),
+            "residuals": self._residuals.numpy(),
+        }

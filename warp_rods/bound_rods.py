@@ -6,15 +6,20 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from scipy.spatial.transform import Rotation
 
-from warp_rods.kernels import bound_frames, bound_rod
+from warp_rods.kernels import bound_frames, bound_load, bound_rod
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.layout import per_node, per_rod
+from warp_rods.per_rod import each_rod
 from warp_rods.recorded import Recorded
 from warp_rods.surfaces import Surface
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status")
 HISTORY = ("pace", "clock", "geodesic", "rate", "spin", "velocity", "failed_at")
+SCALARS = (
+    "geodesic", "shear", "load", "to_left", "to_right", "remainder", "tension", "along", "across", "rate"
+)  # fmt: skip
 STATUS = {
     bound_frames.WELL: "well",
     bound_frames.NOT_FINITE: "became non-finite",
@@ -22,17 +27,11 @@ STATUS = {
 }
 
 
-def per_rod_values(values: Any, count: int, size: int = 1) -> np.ndarray:
-    """Numbers for each rod, [count] or [count, size], from one value for all or one a rod."""
-    shape = (count,) if size == 1 else (count, size)
-    return np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=float), shape))
-
-
 class BoundRods:
     """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
 
-    surface: from ``surfaces.make``. position, direction [rod, 3]: middle node and tangent, projected to the
-    surface and its tangent plane. geodesic_curvature [rod, node] or a number. length, stiffness B
+    surface: from ``surfaces.make``. position, direction [rod, 3]: middle node (or ``at = "start"``, the first)
+    and tangent there, projected to the surface and its tangent plane. geodesic_curvature [rod, node] or a number. length, stiffness B
     (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or one a rod.
     Both ends are free: m3 = 0, (D.59)-(D.61). Units: lengths and energies of your choice, time = ζ∥·length²/energy.
     """
@@ -48,21 +47,23 @@ class BoundRods:
         stiffness: Any = (1.0, 1.0, 1.0),
         intrinsic: Any = (0.0, 0.0, 0.0),
         drag: Any = (1.0, 2.0, 0.1),
-        geodesic_curvature: Any = None,
+        geodesic_curvature: Any = 0.0,
+        at: str = "middle",
         device=None,
     ):
         self.surface, self.nodes, self.count = surface, nodes, len(position)
         self.device = wp.get_device(device)
         self.middle = nodes // 2
-        self.length = per_rod_values(length, self.count)
-        self.stiffness = per_rod_values(stiffness, self.count, 3)
-        self.intrinsic = per_rod_values(intrinsic, self.count, 3)
-        self.drag = per_rod_values(drag, self.count, 3)
-        self.time = 0.0
+        self.length = each_rod(length, self.count)
+        self.stiffness = each_rod(stiffness, self.count, 3)
+        self.intrinsic = each_rod(intrinsic, self.count, 3)
+        self.drag = each_rod(drag, self.count, 3)
+        self.time = self._dt = 0.0
         self._allocate()
-        self._place(position, direction, geodesic_curvature)
+        self._place(position, direction, geodesic_curvature, 0 if at == "start" else self.middle)
         self._evaluate = Recorded(self._launch_evaluate, self.device)
         self._advance = Recorded(self._launch_advance, self.device)
+        self._measure = Recorded(self._launch_measure, self.device)
 
     def _allocate(self) -> None:
         shape, device = (self.count, self.nodes), self.device
@@ -74,7 +75,7 @@ class BoundRods:
         f.rotation = per_node(*shape, wp.mat33d, device)
         for name in ("curvature", "position", "force", "moment"):
             setattr(f, name, per_node(*shape, wp.vec3d, device))
-        for name in ("geodesic", "shear", "load", "to_left", "to_right", "remainder", "tension", "along", "across", "rate"):
+        for name in SCALARS:
             setattr(f, name, per_node(*shape, wp.float64, device))
         past.pace = per_rod(1, wp.vec2d, device)
         past.clock = per_rod(1, wp.float64, device)
@@ -86,26 +87,28 @@ class BoundRods:
         self._right = per_node(*shape, wp.float64, device)
         self._work = per_node(*shape, wp.vec2d, device)
         self._work1 = per_node(*shape, wp.float64, device)
-        self._density = per_node(*shape, wp.float64, device)
-        self._energy, self._dissipation = per_rod(self.count, wp.float64, device), per_rod(self.count, wp.float64, device)
-        self._residuals = per_rod(self.count, wp.vec3d, device)
+        self._shear3 = per_node(*shape, wp.float64, device)
+        self._out = {name: per_rod(self.count, wp.float64, device) for name in ("energy", "dissipation", "gauss")}
+        self._out["energy_density"] = per_node(*shape, wp.float64, device)
+        self._out["load"] = per_node(*shape, wp.vec3d, device)
+        self._out["residuals"] = per_rod(self.count, wp.vec3d, device)
         self._parameters = self.surface.device_parameters(device)
         self._on_surface = bound_frames.on_surface(self.surface.field)
 
-    def _place(self, position, direction, geodesic_curvature) -> None:
-        """Middle frames from what the user gave, then the frames outwards."""
+    def _place(self, position, direction, geodesic_curvature, node: int) -> None:
+        """The frame at one node from what the user gave, then the others outwards."""
         shape, f = (self.count, self.nodes), self._f
-        turn = np.broadcast_to(0.0 if geodesic_curvature is None else np.asarray(geodesic_curvature, float), shape).copy()
+        turn = np.broadcast_to(np.asarray(geodesic_curvature, dtype=float), shape).copy()
         turn[:, [0, -1]] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
         r, R = np.zeros((*shape, 3)), np.zeros((*shape, 3, 3))
-        r[:, self.middle] = position
-        R[:, self.middle, :, 0] = direction
+        r[:, node] = position
+        R[:, node, :, 0] = direction
         f.geodesic.assign(turn)
         f.position.assign(r)
         f.rotation.assign(R)
         self._past.geodesic.assign(turn)
-        self._launch(self._on_surface.place, self.count, f, self._parameters, self.middle)
-        self._launch(self._on_surface.rebuild, (self.count, 2), f, self._parameters, self.middle)
+        self._launch(self._on_surface.place, self.count, f, self._parameters, node)
+        self._launch(self._on_surface.rebuild, (self.count, 2), f, self._parameters, node)
 
     def _launch(self, kernel, dim, *inputs) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
@@ -135,6 +138,17 @@ class BoundRods:
         self._launch(surface.rebuild, (self.count, 2), f, self._parameters, self.middle)
         self._launch(bound_frames.tick, 1, past)
 
+    def _launch_measure(self) -> None:
+        """What only a saved frame needs, of the state that ``evaluate`` left."""
+        f, out, grid = self._f, self._out, (self.count, self.nodes)
+        self._launch(
+            bound_rod.energies, self.count, f, out["energy_density"], out["energy"], out["dissipation"]
+        )
+        self._launch(bound_load.normal_shears, grid, f, self._shear3)
+        self._launch(bound_load.membrane_loads, grid, f, self._shear3, out["load"])
+        self._launch(bound_load.midpoint_gauss, self.count, f, self.middle, out["gauss"])
+        self._launch(self._on_surface.residuals, self.count, f, self._parameters, out["residuals"])
+
     def step(self, dt: float, steps: int = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order (SBDF2, AB2-Magnus).
 
@@ -148,15 +162,28 @@ class BoundRods:
 
     def set_step(self, dt: float) -> None:
         """Make ``dt`` the length of the steps to come."""
-        before, ratio = self._past.pace.numpy()[0]
-        if before != dt:
-            self._past.pace.assign([[dt, dt / before if before else 0.0]])
-        elif not self.time:
-            self._past.pace.assign([[dt, 0.0]])
+        if dt != self._dt:
+            self._past.pace.assign([[dt, dt / self._dt if self.time else 0.0]])
+            self._dt = dt
 
     def evaluate(self) -> None:
         """Make tension, velocities and rates those of the present shape and force."""
         self._evaluate()
+
+    @property
+    def position_array(self) -> wp.array:
+        """Centre line on the device [rod, node]."""
+        return self._f.position
+
+    @property
+    def force_array(self) -> wp.array:
+        """External force per length on the device [rod, node]."""
+        return self._f.force
+
+    @property
+    def spacing_array(self) -> wp.array:
+        """Δs on the device [rod]."""
+        return self._f.spacing
 
     @property
     def force(self) -> np.ndarray:
@@ -193,18 +220,53 @@ class BoundRods:
         """0 while a rod is well [rod]; else a key of ``STATUS``."""
         return self._f.status.numpy()
 
-    def measure(self) -> dict[str, np.ndarray]:
-        """Energy [rod], its density [rod, node], dissipated power [rod] and residuals [rod, 3] of the present state.
+    @property
+    def orientation(self) -> np.ndarray:
+        """Directors as quaternions x, y, z, w [rod, node, 4]."""
+        return Rotation.from_matrix(self.rotation.reshape(-1, 3, 3)).as_quat().reshape(self.count, self.nodes, 4)
 
-        Residuals: worst |φ|/|∇φ|, |q·n|, relative error of a segment's length.
-        """
-        f = self._f
+    def variables(self) -> dict[str, np.ndarray]:
+        """The present state as the trajectory keeps it: names and shapes of ``variables.FILAMENT_VARIABLES``."""
+        f, out = self._f, self._out
         self._evaluate()
-        self._launch(bound_rod.energies, self.count, f, self._density, self._energy, self._dissipation)
-        self._launch(self._on_surface.residuals, self.count, f, self._parameters, self._residuals)
+        self._measure()
+        constraint, orthogonality, arc_length = out["residuals"].numpy().T
         return {
-            "energy": self._energy.numpy(),
-            "energy_density": self._density.numpy(),
-            "dissipation": self._dissipation.numpy(),
-            "residuals": self._residuals.numpy(),
+            "position": self.position,
+            "strain": self.strain,
+            "orientation": self.orientation,
+            "tension": f.tension.numpy(),
+            "energy_density": out["energy_density"].numpy(),
+            "energy": out["energy"].numpy(),
+            "dissipation": out["dissipation"].numpy(),
+            "status": self.status,
+            "gauss": out["gauss"].numpy(),
+            "load": out["load"].numpy(),
+            "constraint": constraint,
+            "orthogonality": orthogonality,
+            "arc_length": arc_length,
         }
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that the next step depends on; ``restore`` goes on from it to the same bits."""
+        arrays = {name: getattr(self._f, name).numpy() for name in STATE}
+        arrays |= {f"past_{name}": getattr(self._past, name).numpy() for name in HISTORY}
+        return {**arrays, "time": np.array(self.time)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go back to a ``state`` of an ensemble of the same shape and parameters."""
+        for name in STATE:
+            getattr(self._f, name).assign(state[name])
+        for name in HISTORY:
+            getattr(self._past, name).assign(state[f"past_{name}"])
+        self.time, self._dt = float(state["time"]), float(state["past_pace"][0, 0])
+
+    def failures(self) -> list[tuple[int, float, str]]:
+        """Frozen rods: number, time and what happened."""
+        status, when = self.status, self._past.failed_at.numpy()
+        return [(int(rod), float(when[rod]), STATUS[int(status[rod])]) for rod in np.flatnonzero(status)]
+
+    def parameters(self, rod: int) -> dict[str, Any]:
+        """What distinguishes one rod, to name it by."""
+        names = ("length", "stiffness", "intrinsic", "drag")
+        return {name: getattr(self, name)[rod].tolist() for name in names}

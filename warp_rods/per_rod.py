@@ -1,0 +1,30 @@
+"""A parameter of an ensemble: one value for all of its rods, or one for each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
+    """One value a rod: [count], or with a size [count, size], from one value for all rods or one for each.
+
+    Raises ValueError where the values have another shape.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    one = () if size == 1 else (size,)
+    if given.shape not in (one, (count, *one)):
+        raise ValueError(f"values of shape {given.shape} do not fit {count} rods: give {one} or {(count, *one)}")
+    return np.broadcast_to(given, (count, *one)).copy()
+
+
+def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
+    """One value a node: [count, nodes], from a number, or for each rod a number or a value a node.
+
+    Raises ValueError where the values have another shape.
+    """
+    rows = [values] * count if np.ndim(values) == 0 else list(values)
+    if len(rows) != count:
+        raise ValueError(f"{len(rows)} rows do not fit {count} rods")
+    return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows]).reshape(count, nodes)

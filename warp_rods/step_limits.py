@@ -1,0 +1,69 @@
+"""How large a step the scheme for bound filaments holds (model §3), from its parameters alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_rods.surfaces import Surface
+
+SAFETY = 0.5
+"""Share of the smallest bound that a run takes when the scene names no step."""
+ANGLES = 72
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """A largest stable step and the reason for it."""
+
+    step: float
+    reason: str
+
+
+def orientation_stiffness(surface: Surface, points: np.ndarray, stiffness: np.ndarray, intrinsic: np.ndarray) -> float:
+    """Largest e''(α): second derivative of the energy per length of a geodesic piece turned by α, over ``points``.
+
+    e = ½B1(K12 − σ1)² + ½B2(K11 + σ2)², with K11, K12 of principal curvatures at angle α. Force.
+    """
+    k = np.linalg.eigvalsh(surface.second_form(points)[2])
+    alpha = np.linspace(0, np.pi, ANGLES, endpoint=False)
+    mean, half = k.mean(axis=-1)[:, None], (k[:, 1:] - k[:, :1]) / 2
+    K11, K12 = mean + half * np.cos(2 * alpha), -half * np.sin(2 * alpha)
+    d11, d12 = -2 * half * np.sin(2 * alpha), -2 * half * np.cos(2 * alpha)
+    twist = d12**2 - 4 * half * np.sin(-2 * alpha) * (K12 - intrinsic[0])
+    bend = d11**2 - 4 * half * np.cos(2 * alpha) * (K11 + intrinsic[1])
+    return float((stiffness[0] * twist + stiffness[1] * bend).max())
+
+
+def orientation_limit(stiffness: float, geodesic_stiffness: float, drag: float, length: float) -> float:
+    """Largest Δt at which SBDF2 damps turning of the rod (k² = 12/L²) and of its beam modes.
+
+    e'' k²/ζ⊥ is explicit, B3 k⁴/ζ⊥ implicit: stable while Δt (3 e'' k² − B3 k⁴) <= 4 ζ⊥. The first is model.md's
+    (4/3) ζ⊥ L²/(12 e''); the others bind where e'' L² is large against B3.
+    """
+    if stiffness <= 0:
+        return np.inf
+    turning = 3 * stiffness * 12 / length**2
+    k2 = ((2 * np.arange(1, 200) + 1) * np.pi / 2 / length) ** 2
+    modes = k2 * (3 * stiffness - geodesic_stiffness * k2)
+    return 4 * drag / max(turning, modes.max())
+
+
+def filament_limits(surface: Surface, points: np.ndarray, rods) -> StepLimit:
+    """The bound on Δt that an ensemble's elasticity sets, the smallest over its rods."""
+    worst = StepLimit(np.inf, "")
+    distinct = np.unique(np.column_stack([rods.stiffness, rods.intrinsic, rods.drag, rods.length]), axis=0)
+    for row in distinct:
+        e2 = orientation_stiffness(surface, points, row[0:3], row[3:6])
+        step = orientation_limit(e2, row[2], row[7], row[9])
+        if step < worst.step:
+            worst = StepLimit(step, f"4 ζ⊥/max k²(3e'' − B3 k²), at least 9e''/ζ⊥L², with orientation stiffness e'' = {e2:.3g}")
+    return worst
+
+
+def steric_limit(strength: float, core: float, drag: float) -> StepLimit:
+    """The bound on Δt that two nodes on top of each other set: (4/3) ζ⊥ 2π ε²/(2 g0) (model §3)."""
+    if strength == 0:
+        return StepLimit(np.inf, "")
+    return StepLimit(4 / 3 * drag * 2 * np.pi * core**2 / (2 * strength), "(4/3) ζ⊥ 2π ε²/(2 g0) of the steric core")

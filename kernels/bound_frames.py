@@ -101,6 +101,12 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
     """The kernels that need the surface: ``.advance_middle``, ``.rebuild``, ``.place``, ``.residuals``."""
 
     @wp.func
+    def on_phi(p: Parameters, x: wp.vec3d) -> wp.vec3d:
+        """One Newton step towards the surface."""
+        phi, g, _H = field(x, p)
+        return to_surface(x, phi, g)
+
+    @wp.func
     def settle(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
         """Store node i at r with the tangent of R turned into the tangent plane."""
         _phi, g, H = field(r, p)
@@ -129,8 +135,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         Q, x = advance_along(R, r, mean, ds)
         mean = real(0.5) * (here + strain(next_curvature(p, Q, x), f.geodesic[rod, j]))
         Q, x = advance_along(R, r, mean, ds)
-        phi, g, _H = field(x, p)
-        chord = to_surface(x, phi, g) - r
+        chord = on_phi(p, x) - r
         settle(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -139,13 +144,15 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         rod = wp.tid()
         r = f.position[rod, node]
         for _ in range(20):
-            phi, g, _H = field(r, parameters[0])
-            r = to_surface(r, phi, g)
+            r = on_phi(parameters[0], r)
         settle(f, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
     def advance_middle(f: Filaments, past: History, parameters: wp.array(dtype=Parameters), middle: int):
-        """The middle frame over one step by AB2-Magnus, and onto the surface."""
+        """The middle frame over one step by AB2-Magnus, and onto the surface.
+
+        Two Newton steps: the first leaves an error of second order in a step that may be long at the start.
+        """
         rod = wp.tid()
         if f.status[rod] != WELL:
             return
@@ -158,8 +165,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         past.spin[rod] = omega
         past.velocity[rod] = u
         R, r = advance(f.rotation[rod, middle], f.position[rod, middle], omega_mean, u_mean, dt)
-        phi, g, _H = field(r, parameters[0])
-        x = to_surface(r, phi, g)
+        x = on_phi(parameters[0], on_phi(parameters[0], r))
         if not (wp.length(x - r) < FAR * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
             f.status[rod] = OFF_SURFACE
             past.failed_at[rod] = past.clock[0]

@@ -313,7 +313,9 @@ def dissipation_density(f: Filaments, rod: int, i: int) -> real:
 
 
 @wp.kernel
-def energies(f: Filaments, density: scalars, energy: wp.array(dtype=wp.float64), dissipation: wp.array(dtype=wp.float64)):
+def energies(
+    f: Filaments, density: scalars, energy: wp.array(dtype=wp.float64), dissipation: wp.array(dtype=wp.float64)
+):
     """Elastic energy, its density at nodes, and dissipated power of each rod; trapezoid rule."""
     rod = wp.tid()
     h = f.spacing[rod]

@@ -21,3 +21,8 @@ def per_node(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
 def per_rod(rods: int, dtype=real, device=None) -> wp.array:
     """Zeros of shape ``[rods]``."""
     return wp.zeros(rods, dtype=dtype, device=device)
+
+
+def to_host(array: wp.array):
+    """A NumPy copy of an array; on the CPU ``array.numpy()`` would be a view of memory that the next step changes."""
+    return array.numpy().copy()

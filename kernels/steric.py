@@ -70,7 +70,13 @@ def gather(grid: wp.uint64, cloud: Cloud, strength: real, a: real, core: real):
 
 
 @wp.kernel
-def pack(position: wp.array2d(dtype=wp.vec3d), spacing: wp.array(dtype=wp.float64), first: int, core: real, cloud: Cloud):
+def pack(
+    position: wp.array2d(dtype=wp.vec3d),
+    spacing: wp.array(dtype=wp.float64),
+    first: int,
+    core: real,
+    cloud: Cloud,
+):
     """One ensemble's nodes into the list from ``first`` on."""
     rod, i = wp.tid()
     nodes = position.shape[1]

@@ -10,16 +10,19 @@ from scipy.spatial.transform import Rotation
 
 from warp_rods.kernels import bound_frames, bound_load, bound_rod
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
-from warp_rods.kernels.layout import per_node, per_rod
+from warp_rods.kernels.layout import per_node, per_rod, to_host
 from warp_rods.per_rod import each_rod
 from warp_rods.recorded import Recorded
 from warp_rods.surfaces import Surface
+from warp_rods.variables import FILAMENT_VARIABLES
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status")
 HISTORY = ("pace", "clock", "geodesic", "rate", "spin", "velocity", "failed_at")
+VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
-    "geodesic", "shear", "load", "to_left", "to_right", "remainder", "tension", "along", "across", "rate"
-)  # fmt: skip
+    *("geodesic", "shear", "load", "to_left", "to_right", "remainder"),
+    *("tension", "along", "across", "rate"),
+)
 STATUS = {
     bound_frames.WELL: "well",
     bound_frames.NOT_FINITE: "became non-finite",
@@ -31,10 +34,12 @@ class BoundRods:
     """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
 
     surface: from ``surfaces.make``. position, direction [rod, 3]: middle node (or ``at = "start"``, the first)
-    and tangent there, projected to the surface and its tangent plane. geodesic_curvature [rod, node] or a number. length, stiffness B
-    (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or one a rod.
-    Both ends are free: m3 = 0, (D.59)-(D.61). Units: lengths and energies of your choice, time = ζ∥·length²/energy.
+    and tangent there, projected to the surface and its tangent plane. geodesic_curvature [rod, node] or a number.
+    length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or
+    one a rod. Both ends are free: m3 = 0, (D.59)-(D.61). Lengths, forces and times in units of your choice.
     """
+
+    saved = FILAMENT_VARIABLES
 
     def __init__(
         self,
@@ -73,7 +78,7 @@ class BoundRods:
             setattr(f, name, wp.array(getattr(self, name), dtype=wp.vec3d, device=device))
         f.status = per_rod(self.count, wp.int32, device)
         f.rotation = per_node(*shape, wp.mat33d, device)
-        for name in ("curvature", "position", "force", "moment"):
+        for name in VECTORS:
             setattr(f, name, per_node(*shape, wp.vec3d, device))
         for name in SCALARS:
             setattr(f, name, per_node(*shape, wp.float64, device))
@@ -188,7 +193,7 @@ class BoundRods:
     @property
     def force(self) -> np.ndarray:
         """External force per length in space [rod, node, 3], yours to set."""
-        return self._f.force.numpy()
+        return to_host(self._f.force)
 
     @force.setter
     def force(self, value: np.ndarray) -> None:
@@ -197,28 +202,28 @@ class BoundRods:
     @property
     def position(self) -> np.ndarray:
         """Centre line r [rod, node, 3]."""
-        return self._f.position.numpy()
+        return to_host(self._f.position)
 
     @property
     def rotation(self) -> np.ndarray:
         """Directors as columns (q, n×q, n) [rod, node, 3, 3]."""
-        return self._f.rotation.numpy()
+        return to_host(self._f.rotation)
 
     @property
     def curvature(self) -> np.ndarray:
         """K11, K12, K22 [rod, node, 3] of the surface in the pair (q, n×q)."""
-        return self._f.curvature.numpy()
+        return to_host(self._f.curvature)
 
     @property
     def strain(self) -> np.ndarray:
         """Twist, normal and geodesic bending (K12, −K11, Ω) [rod, node, 3] (5.17), (5.18)."""
         K = self.curvature
-        return np.stack([K[..., 1], -K[..., 0], self._f.geodesic.numpy()], axis=-1)
+        return np.stack([K[..., 1], -K[..., 0], to_host(self._f.geodesic)], axis=-1)
 
     @property
     def status(self) -> np.ndarray:
         """0 while a rod is well [rod]; else a key of ``STATUS``."""
-        return self._f.status.numpy()
+        return to_host(self._f.status)
 
     @property
     def orientation(self) -> np.ndarray:
@@ -226,31 +231,35 @@ class BoundRods:
         return Rotation.from_matrix(self.rotation.reshape(-1, 3, 3)).as_quat().reshape(self.count, self.nodes, 4)
 
     def variables(self) -> dict[str, np.ndarray]:
-        """The present state as the trajectory keeps it: names and shapes of ``variables.FILAMENT_VARIABLES``."""
+        """The present state as the trajectory keeps it: names and shapes of ``saved``, without the steric energy."""
         f, out = self._f, self._out
         self._evaluate()
         self._measure()
-        constraint, orthogonality, arc_length = out["residuals"].numpy().T
+        constraint, orthogonality, arc_length = to_host(out["residuals"]).T
         return {
             "position": self.position,
             "strain": self.strain,
             "orientation": self.orientation,
-            "tension": f.tension.numpy(),
-            "energy_density": out["energy_density"].numpy(),
-            "energy": out["energy"].numpy(),
-            "dissipation": out["dissipation"].numpy(),
+            "tension": to_host(f.tension),
+            "energy_density": to_host(out["energy_density"]),
+            "energy": to_host(out["energy"]),
+            "dissipation": to_host(out["dissipation"]),
             "status": self.status,
-            "gauss": out["gauss"].numpy(),
-            "load": out["load"].numpy(),
+            "gauss": to_host(out["gauss"]),
+            "load": to_host(out["load"]),
             "constraint": constraint,
             "orthogonality": orthogonality,
             "arc_length": arc_length,
         }
 
+    def static(self) -> dict[str, np.ndarray]:
+        """What the trajectory keeps once: names of ``variables.STATIC``."""
+        return {"length": self.length}
+
     def state(self) -> dict[str, np.ndarray]:
         """All that the next step depends on; ``restore`` goes on from it to the same bits."""
-        arrays = {name: getattr(self._f, name).numpy() for name in STATE}
-        arrays |= {f"past_{name}": getattr(self._past, name).numpy() for name in HISTORY}
+        arrays = {name: to_host(getattr(self._f, name)) for name in STATE}
+        arrays |= {f"past_{name}": to_host(getattr(self._past, name)) for name in HISTORY}
         return {**arrays, "time": np.array(self.time)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
@@ -263,7 +272,7 @@ class BoundRods:
 
     def failures(self) -> list[tuple[int, float, str]]:
         """Frozen rods: number, time and what happened."""
-        status, when = self.status, self._past.failed_at.numpy()
+        status, when = self.status, to_host(self._past.failed_at)
         return [(int(rod), float(when[rod]), STATUS[int(status[rod])]) for rod in np.flatnonzero(status)]
 
     def parameters(self, rod: int) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.kernels import steric
+from warp_rods.kernels.layout import to_host
 from warp_rods.recorded import Recorded
 
 CELLS = 64
@@ -77,5 +78,5 @@ class Neighbours:
             energy = wp.zeros(e.count, dtype=wp.float64, device=self._device)
             inputs = [self._cloud, first, e.nodes, energy]
             wp.launch(steric.rod_energies, dim=e.count, inputs=inputs, device=self._device)
-            found.append(energy.numpy())
+            found.append(to_host(energy))
         return found

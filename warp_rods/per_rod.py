@@ -24,7 +24,7 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
 
     Raises ValueError where the values have another shape.
     """
-    rows = [values] * count if np.ndim(values) == 0 else list(values)
+    rows = [values] * count if np.isscalar(values) else list(values)
     if len(rows) != count:
         raise ValueError(f"{len(rows)} rows do not fit {count} rods")
-    return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows]).reshape(count, nodes)
+    return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])

@@ -1,6 +1,7 @@
 """A sequence of kernel launches, recorded once and replayed: a launch then costs half a microsecond."""
 
 from collections.abc import Callable
+from typing import Any
 
 import warp as wp
 
@@ -12,7 +13,8 @@ class Recorded:
     """
 
     def __init__(self, launches: Callable[[], None], device):
-        self._launches, self._device, self._graph = launches, device, None
+        self._launches, self._device = launches, device
+        self._graph: Any = None
 
     def __call__(self) -> None:
         if self._graph is None:

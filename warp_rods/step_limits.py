@@ -58,7 +58,7 @@ def filament_limits(surface: Surface, points: np.ndarray, rods) -> StepLimit:
         e2 = orientation_stiffness(surface, points, row[0:3], row[3:6])
         step = orientation_limit(e2, row[2], row[7], row[9])
         if step < worst.step:
-            worst = StepLimit(step, f"4 ζ⊥/max k²(3e'' − B3 k²), at least 9e''/ζ⊥L², with orientation stiffness e'' = {e2:.3g}")
+            worst = StepLimit(step, f"4 ζ⊥/max(36 e''/L², k²(3 e'' − B3 k²)), orientation stiffness e'' = {e2:.3g}")
     return worst
 
 

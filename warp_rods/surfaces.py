@@ -1,7 +1,7 @@
 """The membranes: surfaces φ(x) = 0 with outward where φ > 0, and the table that names them.
 
-To add one: a Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)``, a bounding box, and a row of ``SURFACES``.
-Lengths are in the scene's unit.
+To add one: a Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` as in ``kernels/fields.py``, and a row of ``SURFACES``
+with its parameters and its box. Lengths are in the scene's unit.
 """
 
 from __future__ import annotations
@@ -14,95 +14,11 @@ import numpy as np
 import warp as wp
 
 from warp_rods.errors import SceneError
-from warp_rods.kernels.layout import real
+from warp_rods.kernels import fields
 from warp_rods.kernels.surface import Parameters, sampler
-
-wp.set_module_options({"enable_backward": False})
 
 Box = tuple[np.ndarray, np.ndarray]
 Values = Mapping[str, Any]
-
-
-@wp.func
-def diagonal(a: real, b: real, c: real) -> wp.mat33d:
-    return wp.diag(wp.vec3d(a, b, c))
-
-
-@wp.func
-def plane(x: wp.vec3d, p: Parameters):
-    """φ = z."""
-    return x[2], wp.vec3d(real(0.0), real(0.0), real(1.0)), wp.mat33d()
-
-
-@wp.func
-def sphere(x: wp.vec3d, p: Parameters):
-    """φ = (|x|² − R²)/2R: the distance to the surface, to first order."""
-    R = p[0]
-    return (wp.dot(x, x) - R * R) / (real(2.0) * R), x / R, diagonal(real(1.0) / R, real(1.0) / R, real(1.0) / R)
-
-
-@wp.func
-def ellipsoid(x: wp.vec3d, p: Parameters):
-    """φ = (x²/a² + y²/b² + z²/c² − 1)/2."""
-    w = wp.vec3d(real(1.0) / (p[0] * p[0]), real(1.0) / (p[1] * p[1]), real(1.0) / (p[2] * p[2]))
-    g = wp.cw_mul(w, x)
-    return real(0.5) * (wp.dot(g, x) - real(1.0)), g, wp.diag(w)
-
-
-@wp.func
-def cylinder(x: wp.vec3d, p: Parameters):
-    """φ = (x² + y² − R²)/2R."""
-    R = p[0]
-    phi = (x[0] * x[0] + x[1] * x[1] - R * R) / (real(2.0) * R)
-    return phi, wp.vec3d(x[0], x[1], real(0.0)) / R, diagonal(real(1.0) / R, real(1.0) / R, real(0.0))
-
-
-@wp.func
-def torus(x: wp.vec3d, p: Parameters):
-    """φ = ((ρ − R)² + z² − r²)/2r with ρ² = x² + y²: circle of radius R round the z axis, tube of radius r."""
-    rho = wp.sqrt(x[0] * x[0] + x[1] * x[1])
-    d = rho - p[0]
-    e = wp.vec3d(x[0] / rho, x[1] / rho, real(0.0))
-    z = wp.vec3d(real(0.0), real(0.0), real(1.0))
-    phi = (d * d + x[2] * x[2] - p[1] * p[1]) / (real(2.0) * p[1])
-    hoop = diagonal(real(1.0), real(1.0), real(0.0)) - wp.outer(e, e)
-    H = wp.outer(e, e) + hoop * (d / rho) + wp.outer(z, z)
-    return phi, (e * d + z * x[2]) / p[1], H / p[1]
-
-
-@wp.func
-def cassini(x: wp.vec3d, p: Parameters):
-    """φ = (ρ² + z² + a²)² − 4a²z² − b⁴: a dumbbell along z for a < b < √2 a, waist radius √(b² − a²)."""
-    a2 = p[0] * p[0]
-    z = wp.vec3d(real(0.0), real(0.0), x[2])
-    Q = wp.dot(x, x) + a2
-    phi = Q * Q - real(4.0) * a2 * x[2] * x[2] - p[1] * p[1] * p[1] * p[1]
-    g = real(4.0) * Q * x - real(8.0) * a2 * z
-    H = real(8.0) * wp.outer(x, x) + diagonal(real(4.0) * Q, real(4.0) * Q, real(4.0) * Q - real(8.0) * a2)
-    return phi, g, H
-
-
-@wp.func
-def bridge(x: wp.vec3d, p: Parameters):
-    """φ = (x² + y² − ρ(z)²)/2, ρ = neck + (body − neck)(1 − exp(−z²/width²)): the neck between two cells."""
-    w2 = p[2] * p[2]
-    bump = (p[1] - p[0]) * wp.exp(-x[2] * x[2] / w2)
-    rho = p[1] - bump
-    slope = bump * real(2.0) * x[2] / w2
-    bend = bump * (real(2.0) / w2 - real(4.0) * x[2] * x[2] / (w2 * w2))
-    phi = real(0.5) * (x[0] * x[0] + x[1] * x[1] - rho * rho)
-    return phi, wp.vec3d(x[0], x[1], -rho * slope), diagonal(real(1.0), real(1.0), -slope * slope - rho * bend)
-
-
-@wp.func
-def undulated(x: wp.vec3d, p: Parameters):
-    """φ = |x|² − R² + ε(cos kx + cos ky + cos kz): a sphere with bumps."""
-    k = p[2]
-    c = wp.vec3d(wp.cos(k * x[0]), wp.cos(k * x[1]), wp.cos(k * x[2]))
-    s = wp.vec3d(wp.sin(k * x[0]), wp.sin(k * x[1]), wp.sin(k * x[2]))
-    phi = wp.dot(x, x) - p[0] * p[0] + p[1] * (c[0] + c[1] + c[2])
-    two = wp.vec3d(real(2.0), real(2.0), real(2.0))
-    return phi, real(2.0) * x - s * (p[1] * k), wp.diag(two - c * (p[1] * k * k))
 
 
 @dataclass(frozen=True)
@@ -118,16 +34,13 @@ class Parameter:
 class SurfaceKind:
     """A row of the table: parameters in the order of the field's vector p, bounding box, and impossible values."""
 
-    field: wp.Function
+    field: Callable[..., Any]
     parameters: dict[str, Parameter]
     box: Callable[[Values], tuple[float, float, float]]
     """Half extents of a box round the origin that holds the surface (of an open one: the patch that is used)."""
     closed: bool = True
-    fault: Callable[[Values], str | None] = lambda values: None
-
-    def check(self, values: Values) -> str | None:
-        """What is impossible about these values (each already of the right type and sign), or None."""
-        return self.fault(values)
+    check: Callable[[Values], str | None] = lambda values: None
+    """What is impossible about these values, each already of the right type and sign."""
 
 
 def _torus_fault(v: Values) -> str | None:
@@ -143,10 +56,11 @@ def _cassini_fault(v: Values) -> str | None:
 
 
 def _undulated_fault(v: Values) -> str | None:
-    limit = v["radius"] ** 2 / 3
-    if v["amplitude"] < limit:
+    R, bumps, k = v["radius"], v["amplitude"], v["wavenumber"]
+    lowest = np.sqrt(max(R**2 - 3 * bumps, 0.0))  # x·∇φ ≥ r (2r − √3 ε k) is positive from this radius on
+    if 2 * lowest > np.sqrt(3) * bumps * k:
         return None
-    return f"amplitude = {v['amplitude']} must be below radius²/3 = {limit:.3g}, or the surface breaks up"
+    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break up; use less of either"
 
 
 def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
@@ -169,43 +83,46 @@ def _undulated_radius(v: Values) -> float:
 
 SURFACES: dict[str, SurfaceKind] = {
     "plane": SurfaceKind(
-        plane, {"size": Parameter(default=10.0)}, lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]), closed=False
+        fields.plane,
+        {"size": Parameter(default=10.0)},
+        lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]),
+        closed=False,
     ),
-    "sphere": SurfaceKind(sphere, {"radius": Parameter()}, lambda v: (v["radius"],) * 3),
-    "ellipsoid": SurfaceKind(ellipsoid, {"radii": Parameter(size=3)}, lambda v: tuple(v["radii"])),
+    "sphere": SurfaceKind(fields.sphere, {"radius": Parameter()}, lambda v: (v["radius"],) * 3),
+    "ellipsoid": SurfaceKind(fields.ellipsoid, {"radii": Parameter(size=3)}, lambda v: tuple(v["radii"])),
     "cylinder": SurfaceKind(
-        cylinder,
+        fields.cylinder,
         {"radius": Parameter(), "length": Parameter(default=10.0)},
         lambda v: _tube(v["radius"], v["length"]),
         closed=False,
     ),
     "torus": SurfaceKind(
-        torus,
+        fields.torus,
         {"major": Parameter(), "minor": Parameter()},
         lambda v: _revolved(v["major"] + v["minor"], v["minor"]),
-        fault=_torus_fault,
+        check=_torus_fault,
     ),
     "cassini": SurfaceKind(
-        cassini,
+        fields.cassini,
         {"a": Parameter(), "b": Parameter()},
         lambda v: _revolved(_cassini_radius(v["a"], v["b"]), float(np.hypot(v["a"], v["b"]))),
-        fault=_cassini_fault,
+        check=_cassini_fault,
     ),
     "bridge": SurfaceKind(
-        bridge,
+        fields.bridge,
         {"neck": Parameter(), "body": Parameter(), "width": Parameter(), "length": Parameter(default=6.0)},
         lambda v: _tube(max(v["neck"], v["body"]), v["length"]),
         closed=False,
     ),
     "undulated": SurfaceKind(
-        undulated,
+        fields.undulated,
         {
             "radius": Parameter(default=1.0),
             "amplitude": Parameter(default=0.16),
             "wavenumber": Parameter(default=5.0),
         },
         lambda v: (_undulated_radius(v),) * 3,
-        fault=_undulated_fault,
+        check=_undulated_fault,
     ),
 }
 """Every kind of membrane by its name in a scene."""
@@ -222,7 +139,7 @@ class Surface:
         self.parameters[: numbers.size] = numbers
 
     @property
-    def field(self) -> wp.Function:
+    def field(self) -> Callable[..., Any]:
         """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
         return self._row.field
 
@@ -269,7 +186,7 @@ class Surface:
 
     def project(self, points: np.ndarray, iterations: int = 20) -> np.ndarray:
         """Points [..., 3] moved along ∇φ to φ = 0 by Newton steps."""
-        x = wp.array(np.ascontiguousarray(points, dtype=float).reshape(-1, 3), dtype=wp.vec3d, device="cpu")
+        x: wp.array = wp.array(np.ascontiguousarray(points, dtype=float).reshape(-1, 3), dtype=wp.vec3d, device="cpu")
         inputs = [x, self.device_parameters("cpu"), iterations]
         wp.launch(sampler(self.field).project, dim=len(x), inputs=inputs, device="cpu")
         return x.numpy().reshape(np.shape(points))
@@ -297,17 +214,17 @@ def make(kind: str, values: Values) -> Surface:
     """
     if kind not in SURFACES:
         raise SceneError(f"surface.kind: {kind!r} is not known; known are {', '.join(SURFACES)}")
-    row = SURFACES[kind]
-    faults = [f"surface.{k}: not a parameter of {kind}; it has {', '.join(row.parameters)}" for k in values if k not in row.parameters]
-    filled = {}
+    row, faults, filled = SURFACES[kind], [], {}
+    for name in values.keys() - row.parameters.keys():
+        faults.append(f"surface.{name}: not a parameter of {kind}; it has {', '.join(row.parameters)}")
     for name, parameter in row.parameters.items():
-        value = values.get(name, parameter.default)
-        filled[name] = value
-        number = np.asarray(value if value is not None else np.nan, dtype=float)
-        if number.shape != (() if parameter.size == 1 else (parameter.size,)) or not (np.isfinite(number) & (number > 0)).all():
-            faults.append(f"surface.{name}: {value!r} given, {parameter.size} positive number(s) wanted")
-    if not faults and (fault := row.check(filled)):
-        faults.append(f"surface: {fault}")
+        filled[name] = value = values.get(name, parameter.default)
+        number = np.asarray(np.nan if value is None else value, dtype=float)
+        fits = number.shape == (() if parameter.size == 1 else (parameter.size,)) and np.isfinite(number).all()
+        if not fits or (parameter.allowed == "positive" and not (number > 0).all()):
+            faults.append(f"surface.{name} = {value!r}: must be {parameter.size} number(s), {parameter.allowed}")
+    if not faults and (impossible := row.check(filled)):
+        faults.append(f"surface: {impossible}")
     if faults:
         raise SceneError("\n".join(faults))
     return Surface(kind, filled)

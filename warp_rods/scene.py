@@ -1,0 +1,106 @@
+"""The scene: what a run simulates, read from TOML or built in Python, and checked before anything starts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from .errors import SceneError
+from .scene_checks import Faults, Table, fault, key_path, plain, shown
+from .scene_ensembles import Filaments, Swimmers
+from .scene_tables import Steric, Surface, Time, Units
+from .scene_toml import document
+from .surfaces import SURFACES
+
+
+class Scene(Table):
+    """A whole run: frozen, comparable, picklable. Parts may be given as dicts, arrays or their own classes.
+
+    Raises SceneError with a line for each fault.
+    """
+
+    title: str = Field(default="", description="text in quotes")
+    seed: int = Field(default=0, ge=0, lt=2**63, strict=True, description="a whole number from 0 to 2^63 − 1")
+    surface: Surface | None = Field(default=None, description="a table, [surface]")
+    filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
+    swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
+    steric: Steric | None = Field(default=None, description="a table, [steric]")
+    time: Time = Field(description="a table, [time], with an end")
+    units: Units | None = Field(default=None, description="a table, [units]")
+
+    def __init__(self, /, **tables: Any):
+        try:
+            super().__init__(**tables)
+        except ValidationError as error:
+            raise SceneError(_message(error)) from None
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scene:
+        """The scene in a TOML file; raises SceneError for a file that cannot be read, too."""
+        try:
+            return cls.parse(Path(path).read_text(encoding="utf-8-sig"))
+        except FileNotFoundError:
+            raise SceneError(f"{path}: there is no such file") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"{path}: cannot be read as text: {error}") from None
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def parse(cls, scene: str | Mapping[str, Any]) -> Scene:
+        """The scene in this TOML text, or in this mapping of the same form; raises SceneError."""
+        if not isinstance(scene, str):
+            return cls(**plain(dict(scene)))
+        try:
+            tables = tomllib.loads(scene)
+        except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
+            raise SceneError(f"this is not TOML: {error}") from None
+        return cls(**tables)
+
+    def to_toml(self) -> str:
+        """The scene as TOML text with every default filled in; ``parse`` gives an equal scene back."""
+        return document(self._tables())
+
+    def hash(self) -> str:
+        """SHA-256 (hex) of the content, defaults included, whatever the file's order and spelling."""
+        return hashlib.sha256(json.dumps(self._tables(), sort_keys=True).encode()).hexdigest()
+
+    def _tables(self) -> dict[str, Any]:
+        return {key: value for key, value in self.model_dump(exclude_none=True).items() if value != ()}
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        faults = _name_faults(raw)
+        if not raw.get("filaments") and not raw.get("swimmers"):
+            text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
+            faults.append(fault(("filaments",), raw, text))
+        if raw.get("filaments") and "surface" not in raw:
+            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(SURFACES)}"
+            faults.append(fault(("surface",), raw, text))
+        return faults
+
+
+def _name_faults(raw: dict[str, Any]) -> Faults:
+    """Ensembles that share a name; case is not enough to tell two folders apart on every disk."""
+    first: dict[str, str] = {}
+    faults = []
+    for key in ("filaments", "swimmers"):
+        tables = raw.get(key)
+        for i, table in enumerate(tables if isinstance(tables, list) else []):
+            name = table.get("name") if isinstance(table, dict) else None
+            owner = first.setdefault(str(name).lower(), key_path((key, i)))
+            if isinstance(name, str) and owner != key_path((key, i)):
+                text = f" = {shown(name)}: is the name of {owner} already; each ensemble needs its own"
+                faults.append(fault((key, i, "name"), name, text))
+    return faults
+
+
+def _message(error: ValidationError) -> str:
+    lines = [f"  {key_path(line['loc'])}{line['msg']}" for line in error.errors(include_url=False)]
+    return f"{len(lines)} fault{'s' if len(lines) > 1 else ''} in the scene\n" + "\n".join(lines)

@@ -57,7 +57,15 @@ def gaussian(K: wp.vec3d) -> real:
 
 @functools.cache
 def sampler(field: wp.Function) -> SimpleNamespace:
-    """Kernels for one surface at points: ``.evaluate`` fills φ, ∇φ, ∇∇φ, ``.project`` moves points to φ = 0."""
+    """Kernels for one surface at points: ``.value`` fills φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def value(
+        points: wp.array(dtype=wp.vec3d), parameters: wp.array(dtype=Parameters), phi: wp.array(dtype=wp.float64)
+    ):
+        i = wp.tid()
+        found, _g, _H = field(points[i], parameters[0])
+        phi[i] = found
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate(
@@ -82,4 +90,4 @@ def sampler(field: wp.Function) -> SimpleNamespace:
             x = to_surface(x, value, g)
         points[i] = x
 
-    return SimpleNamespace(evaluate=evaluate, project=project)
+    return SimpleNamespace(value=value, evaluate=evaluate, project=project)

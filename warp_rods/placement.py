@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from warp_rods.errors import SceneError
 from warp_rods.surfaces import Surface
 
+LINES = 500
 SAMPLES = 256
 """Points on each line at which the sign of φ is looked at."""
 ROUNDS = 200
@@ -23,9 +24,9 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
     area. Raises SceneError where lines through the box find no surface.
     """
     found: list[np.ndarray] = []
-    wanted = 20 * count  # drawn from many more, so that points of one line seldom meet again
+    wanted = 4 * count  # drawn from more, so that points of one line seldom meet again
     while sum(map(len, found)) < wanted:
-        points = _crossings(surface, 2000, rng)
+        points = _crossings(surface, LINES, rng)
         found.append(points)
         if len(found) == 10 and not sum(map(len, found)):
             low, high = surface.box

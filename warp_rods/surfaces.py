@@ -169,7 +169,11 @@ class Surface:
 
     def phi(self, points: np.ndarray) -> np.ndarray:
         """φ at points [..., 3]."""
-        return self._evaluate(points)[0]
+        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        phi = wp.zeros(len(x), dtype=wp.float64, device="cpu")
+        inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), phi]
+        wp.launch(sampler(self.field).value, dim=len(x), inputs=inputs, device="cpu")
+        return phi.numpy().reshape(np.shape(points)[:-1])
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
         """∇φ [..., 3] at points [..., 3]."""
@@ -207,6 +211,17 @@ class Surface:
         return np.linalg.det(self.second_form(points)[2])
 
 
+def _fits(value: Any, parameter: Parameter) -> bool:
+    """Whether a value from Python is as many finite numbers as the parameter asks for, positive where it must be."""
+    try:
+        number = np.asarray(value)
+    except ValueError:  # rows of several lengths
+        return False
+    if number.shape != (() if parameter.size == 1 else (parameter.size,)) or number.dtype.kind not in "iuf":
+        return False
+    return bool(np.isfinite(number).all() and (parameter.allowed == "any number" or (number > 0).all()))
+
+
 def make(kind: str, values: Values) -> Surface:
     """The surface of this kind with these parameters (defaults filled in).
 
@@ -219,9 +234,7 @@ def make(kind: str, values: Values) -> Surface:
         faults.append(f"surface.{name}: not a parameter of {kind}; it has {', '.join(row.parameters)}")
     for name, parameter in row.parameters.items():
         filled[name] = value = values.get(name, parameter.default)
-        number = np.asarray(np.nan if value is None else value, dtype=float)
-        fits = number.shape == (() if parameter.size == 1 else (parameter.size,)) and np.isfinite(number).all()
-        if not fits or (parameter.allowed == "positive" and not (number > 0).all()):
+        if not _fits(value, parameter):
             faults.append(f"surface.{name} = {value!r}: must be {parameter.size} number(s), {parameter.allowed}")
     if not faults and (impossible := row.check(filled)):
         faults.append(f"surface: {impossible}")

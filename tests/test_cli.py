@@ -1,0 +1,88 @@
+"""The command line as a user meets it: exit codes, messages, no traceback, nothing half-written."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCENES = Path(__file__).parent.parent / "scenes"
+SMALL = """
+seed = 1
+[surface]
+kind = "sphere"
+radius = 1.0
+[[filaments]]
+name = "one"
+count = 2
+nodes = 17
+length = 1.0
+stiffness = [1.0, 1.0, 1.0]
+intrinsic = [0.0, 1.0, 0.0]
+drag = [1.0, 2.0, 0.1]
+[time]
+end = 0.02
+step = 0.002
+save_every = 0.01
+"""
+
+
+def warp_rods(*arguments, cwd) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "warp_rods", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300)
+
+
+@pytest.fixture
+def small(tmp_path) -> Path:
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def test_run_export_and_refusal(small, tmp_path):
+    done = warp_rods("run", small, "--device", "cpu", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "runs" / "small"
+    assert "rod-steps/s" in done.stdout and "compil" in done.stdout
+    animation = folder / "animation.usdc"
+    animation.unlink()
+    assert warp_rods("export", folder, "--usd", cwd=tmp_path).returncode == 0
+    assert animation.is_file()
+    again = warp_rods("run", small, cwd=tmp_path)
+    assert again.returncode == 2 and "--overwrite" in again.stderr and "Traceback" not in again.stderr
+
+
+def test_every_fault_of_a_scene_in_one_message(small, tmp_path):
+    text = SMALL.replace("length = 1.0", "length = -1.0").replace("nodes = 17", "nodes = 5").replace("count", "cuont")
+    small.write_text(text)
+    done = warp_rods("run", small, "--out", tmp_path / "none", cwd=tmp_path)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    for part in ("filaments[0].length", "filaments[0].nodes", "filaments[0].cuont", "did you mean"):
+        assert part in done.stderr
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("run", "nowhere.toml"), "no such file"),
+        (("run", "small.toml", "--device", "cuda:99"), "no such device"),
+        (("run", "small.toml", "--resume"), "without --resume"),
+        (("export", ".", "--usd"), "no run in"),
+        (("export", "."), "--usd"),
+    ],
+)
+def test_mistakes_end_with_exit_code_2(small, tmp_path, arguments, said):
+    done = warp_rods(*arguments, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_check_says_what_a_run_would_do(small, tmp_path):
+    done = warp_rods("check", small, cwd=tmp_path)
+    assert done.returncode == 0 and "one: 2 rods of 17 nodes" in done.stdout and "10 steps" in done.stdout
+    assert {p.name for p in tmp_path.iterdir()} == {"small.toml"}
+
+
+def test_devices_names_the_cpu(tmp_path):
+    assert "cpu" in warp_rods("devices", cwd=tmp_path).stdout

@@ -1,0 +1,166 @@
+"""From a scene to a trajectory: determinism, restart, frames, interaction, what is refused."""
+
+import numpy as np
+import pytest
+
+from warp_rods import runner
+from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.scene import Scene
+from warp_rods.simulation import Frames, Simulation
+from warp_rods.trajectory import open_run
+
+SCENE = {
+    "title": "two kinds of sensors",
+    "seed": 3,
+    "surface": {"kind": "cassini", "a": 1.0, "b": 1.1},
+    "filaments": [
+        {"name": "convex", "count": 4, "nodes": 17, "length": 0.5, "stiffness": [1, 1, 1],
+         "intrinsic": [0, 1.5, 0], "drag": [1, 2, 0.1]},
+        {"name": "saddle", "count": 3, "nodes": 21, "length": [0.3, 0.4, 0.5], "stiffness": [1, 1, 1],
+         "intrinsic": [0, -1.2, 0], "drag": [1, 2, 0.1]},
+    ],
+    "steric": {"strength": 1e-3, "range": 0.02, "core": 0.03},
+    "time": {"end": 0.05, "save_every": 0.01, "step": 5e-4},
+}  # fmt: skip
+
+
+def scene(**changes) -> Scene:
+    return Scene.parse({**SCENE, **changes})
+
+
+def positions(simulation: Simulation) -> list[np.ndarray]:
+    return [values["position"] for values in simulation.variables().values()]
+
+
+def finish(simulation: Simulation) -> Simulation:
+    while simulation.frame < len(simulation.frames.times) - 1:
+        for _ in simulation.to_next_frame():
+            pass
+    return simulation
+
+
+def test_frames_end_where_the_scene_ends():
+    frames = Frames.plan(end=1.0, every=0.3, step=0.07)
+    np.testing.assert_allclose(frames.times, [0, 0.3, 0.6, 0.9, 1.0])
+    assert frames.steps.tolist() == [0, 5, 5, 5, 2]
+    assert Frames.plan(end=1.0, every=0.1, step=0.1).steps.tolist() == [0] + [1] * 10
+
+
+def test_same_scene_same_bits(device):
+    first, second = (finish(Simulation(scene(), device)) for _ in range(2))
+    for a, b in zip(positions(first), positions(second), strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_another_seed_is_another_start():
+    a, b = Simulation(scene()), Simulation(scene(seed=4))
+    assert np.abs(positions(a)[0] - positions(b)[0]).max() > 0.1
+
+
+def test_warming_up_changes_nothing():
+    cold, warm = Simulation(scene()), Simulation(scene())
+    warm.warm_up()
+    for a, b in zip(positions(finish(cold)), positions(finish(warm)), strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_groups_push_each_other_and_lose_energy():
+    simulation = Simulation(scene(steric={"strength": 1e-2, "range": 0.3, "core": 0.1}))
+    assert all((v["steric_energy"] > 0).all() for v in simulation.variables().values())
+    totals = []
+    while simulation.frame < 5:
+        values = simulation.variables().values()
+        totals.append(sum((v["energy"] + v["steric_energy"]).sum() for v in values))
+        for _ in simulation.to_next_frame():
+            pass
+    assert (np.diff(totals) < 0).all()
+
+
+def test_a_run_leaves_a_folder_that_reads(tmp_path):
+    run = runner.run(scene(), tmp_path / "run", device="cpu")
+    assert {p.name for p in run.folder.iterdir()} == {
+        "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc"
+    }  # fmt: skip
+    data = run.data
+    assert set(data.children) == {"convex", "saddle"}
+    convex = data["convex"].to_dataset()
+    assert dict(convex.sizes) == {"frame": 6, "rod": 4, "node": 17, "axis": 3, "quaternion": 4}
+    assert {"position", "strain", "orientation", "tension", "energy", "dissipation", "status", "gauss", "load"} <= set(
+        convex
+    )
+    np.testing.assert_allclose(convex.time, [0, 0.01, 0.02, 0.03, 0.04, 0.05])
+    np.testing.assert_array_equal(data["saddle"]["length"], [0.3, 0.4, 0.5])
+    assert Scene.load(run.folder / "scene.toml") == scene()
+    assert data.attrs["scene_hash"] == scene().hash()
+
+
+def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path, monkeypatch):
+    whole = runner.run(scene(), tmp_path / "whole", device="cpu").data
+    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    stopped = tmp_path / "stopped"
+
+    real, calls = Simulation.to_next_frame, []
+
+    def interrupted(self):
+        calls.append(self.frame)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return real(self)
+
+    with monkeypatch.context() as m:
+        m.setattr(Simulation, "to_next_frame", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            runner.run(scene(), stopped, device="cpu")
+    assert open_run(stopped)["convex"].sizes["frame"] == 4
+    again = runner.run(scene(), stopped, device="cpu", resume=True).data
+    for name in ("convex", "saddle"):
+        np.testing.assert_array_equal(again[name]["position"], whole[name]["position"])
+        np.testing.assert_array_equal(again[name]["time"], whole[name]["time"])
+
+
+def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
+    runner.run(scene(), tmp_path, device="cpu")
+    with pytest.raises(RunFolderError, match="--overwrite"):
+        runner.run(scene(), tmp_path, device="cpu")
+    shorter = scene(time={"end": 0.02, "save_every": 0.01, "step": 5e-4})
+    with pytest.raises(RunFolderError, match="differs"):
+        runner.run(shorter, tmp_path, device="cpu", resume=True)
+    assert runner.run(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
+
+
+def test_nothing_is_written_for_a_scene_that_cannot_be_laid_out(tmp_path):
+    long = {**SCENE["filaments"][0], "length": 20.0}
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):
+        runner.run(scene(filaments=[long]), tmp_path / "none", device="cpu")
+    crowd = {**SCENE["filaments"][0], "count": 40}
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40.*fit 0.5 apart"):
+        runner.run(scene(filaments=[crowd], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_step_beyond_its_bound_is_warned_of():
+    (line,) = Simulation(
+        scene(filaments=SCENE["filaments"][:1], steric=None, time={"end": 1, "step": 0.9, "save_every": 1})
+    ).warnings
+    assert "time.step = 0.9" in line and "convex" in line and "e'' =" in line
+
+
+def test_a_step_left_out_is_chosen_below_every_bound():
+    simulation = Simulation(scene(time={"end": 1.0}))
+    assert 1e-4 < simulation.step_size < 0.01 and not simulation.warnings
+
+
+def test_lost_rods_are_named_and_a_run_without_rods_stops(tmp_path):
+    simulation = Simulation(scene())
+    convex, saddle = simulation.ensembles.values()
+    convex._f.intrinsic.fill_(float("nan"))
+    for _ in simulation.to_next_frame():
+        pass
+    lines = simulation.new_failures()
+    assert len(lines) == 4 and "convex: rod 0 became non-finite at t = 0" in lines[0] and "length" in lines[0]
+    assert not simulation.new_failures()
+    saddle._f.intrinsic.fill_(float("nan"))
+    for _ in simulation.to_next_frame():
+        pass
+    with pytest.raises(RodFailure, match=r"No rod is left: try time\.step below 0\.0005"):
+        simulation.new_failures()

@@ -1,0 +1,120 @@
+"""The command line: ``warp-rods run SCENE`` and its relatives. Errors of the user's are shown without a traceback."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import warp as wp
+from rich.console import Console
+
+from warp_rods.errors import SceneError, WarpRodsError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene in TOML, such as scenes/proteins.toml")]
+RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run")]
+
+
+@app.command()
+def run(
+    scene: SceneFile,
+    out: Annotated[Path | None, typer.Option(help="Folder to write; default runs/<scene name>")] = None,
+    device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the last checkpoint in the folder")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds")] = False,
+) -> None:
+    """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
+    from warp_rods import runner
+    from warp_rods.summary import summary
+
+    console = Console()
+    done = runner.run(scene, out, device=_device(device), overwrite=overwrite, resume=resume, console=console)
+    console.print(summary(done.data))
+    speed = done.rod_steps / done.seconds if done.seconds else 0.0
+    console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}", highlight=False)
+
+
+@app.command()
+def check(scene: SceneFile) -> None:
+    """Read a scene, lay it out and say what a run of it would do; writes nothing."""
+    from warp_rods.scene import Scene
+    from warp_rods.simulation import Simulation
+
+    simulation = Simulation(Scene.load(scene), "cpu")
+    frames = simulation.frames
+    for name, ensemble in simulation.ensembles.items():
+        print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")
+    for line in simulation.notes:
+        print(line)
+    for line in simulation.warnings:
+        print(f"warning: {line}")
+    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: sound")
+
+
+@app.command()
+def export(
+    run_dir: RunDir,
+    usd: Annotated[bool, typer.Option("--usd", help="animation.usdc for Blender, Omniverse and the like")] = False,
+) -> None:
+    """Make pictures and animations of a run again, from its trajectory."""
+    if not usd:
+        raise SceneError("export: say what to make: --usd")
+    from warp_rods.usd import export_usd
+
+    print(export_usd(run_dir))
+
+
+@app.command()
+def devices() -> None:
+    """The devices that --device can name."""
+    for device in wp.get_devices():
+        print(f"{device.alias}: {device.name}")
+
+
+def _device(name: str) -> str | None:
+    """Warp's name of the device; "auto" is CUDA where there is one."""
+    known = [device.alias for device in wp.get_devices()]
+    if name == "auto":
+        return "cuda:0" if "cuda:0" in known else "cpu"
+    if name not in known:
+        raise SceneError(f"--device {name}: there is no such device here; there are {', '.join(['auto', *known])}")
+    return name
+
+
+@contextlib.contextmanager
+def _without_stderr() -> Iterator[None]:
+    """Warp's native code warns of a missing CUDA driver on every start; that is no news to someone without one."""
+    sys.stderr.flush()
+    kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(null)
+
+
+def main() -> None:
+    """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one interrupted."""
+    wp.config.log_level = wp.LOG_WARNING
+    with _without_stderr():
+        wp.init()
+    try:
+        app()
+    except WarpRodsError as error:
+        Console(stderr=True).print(f"[bold red]error:[/] {error}", highlight=False)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        Console(stderr=True).print("stopped; what was saved stays readable, and --resume goes on from there")
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+"""From a scene to ensembles laid out on a device. One row of ``BUILDERS`` a kind of rod."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warp_rods import placement, scene_ensembles, surfaces
+from warp_rods.bound_rods import BoundRods
+from warp_rods.errors import SceneError
+from warp_rods.per_rod import each_node, each_rod
+from warp_rods.scene import Scene
+from warp_rods.step_limits import StepLimit, filament_limits, steric_limit
+from warp_rods.surfaces import Surface
+
+LIMIT_SAMPLES = 400
+"""Points of the surface at which the orientation stiffness is looked at."""
+
+
+@dataclass
+class Layout:
+    """Ensembles by name, the bounds that they set on the step, and lines for the user."""
+
+    scene: Scene
+    device: Any
+    surface: Surface | None = None
+    ensembles: dict[str, Any] = field(default_factory=dict)
+    limits: dict[str, StepLimit] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def random(self, name: str) -> np.random.Generator:
+        """A generator of its own for each ensemble, so that adding one does not move the others."""
+        return np.random.default_rng([self.scene.seed, *name.encode()])
+
+
+def lay_out(scene: Scene, device) -> Layout:
+    """Every ensemble of the scene on the device; raises SceneError naming the table that cannot be laid out."""
+    layout = Layout(scene, device)
+    if scene.surface:
+        layout.surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
+    for kind, build in BUILDERS.items():
+        for index, table in enumerate(getattr(scene, kind)):
+            try:
+                build(layout, table)
+            except SceneError as error:
+                raise SceneError(f"{kind}[{index}].{error}") from None
+    return layout
+
+
+def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
+    surface, scene = layout.surface, layout.scene
+    assert surface is not None  # the scene is refused without one
+    _check_length(surface, table)
+
+    def build(position: np.ndarray, direction: np.ndarray, rods: slice = slice(None), **placed) -> BoundRods:
+        parameters: dict[str, Any] = {
+            "length": each_rod(table.length, table.count)[rods],
+            **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
+        }
+        return BoundRods(surface, position, direction, nodes=table.nodes, **parameters, **placed, device=layout.device)
+
+    if table.placement == "random":
+        position, direction = _random(layout, table, build)
+        rods = build(position, direction)
+    else:
+        p = table.placement
+        turn = each_node(p.geodesic_curvature, table.count, table.nodes)
+        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=turn)
+    layout.ensembles[table.name] = rods
+    points = placement.uniform_points(surface, LIMIT_SAMPLES, np.random.default_rng(0))
+    layout.limits[table.name] = filament_limits(surface, points, rods)
+    if scene.steric:
+        drag = float(rods.drag[:, 1].min())
+        layout.limits[f"{table.name} (steric)"] = steric_limit(scene.steric.strength, scene.steric.core, drag)
+
+
+def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
+    low, high = surface.box
+    around = math.pi * float((high - low).max()) / 1.02
+    length = float(np.max(table.length))
+    if surface.closed and length > around:
+        raise SceneError(
+            f"length = {length:g}: longer than once round the {surface.kind}'s widest extent, {around:.4g}: it would "
+            f"lie on itself; use a shorter filament or a larger surface"
+        )
+
+
+def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+    """Uniform in area, isotropic in angle; with sterics, no two closer than the core or a node spacing."""
+    surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
+    assert surface is not None
+    if steric is None:
+        position = placement.uniform_points(surface, table.count, rng)
+        return position, placement.isotropic_directions(surface, position, rng)
+    spacing = float(np.max(table.length)) / (table.nodes - 1)
+    clearance = max(steric.core, spacing)
+    others = [e.position.reshape(-1, 3) for e in layout.ensembles.values()]
+
+    def centre_lines(r: np.ndarray, q: np.ndarray) -> np.ndarray:
+        return build(r, q, slice(table.count - len(r), None)).position
+
+    position, direction, redrawn = placement.without_overlap(
+        surface, table.count, clearance, np.concatenate(others) if others else np.empty((0, 3)), centre_lines, rng
+    )
+    layout.notes.append(
+        f"{table.name}: {table.count} placed at random, uniform in area; {redrawn} draws came closer than "
+        f"{clearance:.3g} to another filament and were drawn again"
+    )
+    return position, direction
+
+
+BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments}
+"""Scene table → builder that adds an ensemble to the layout."""

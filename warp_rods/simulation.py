@@ -1,0 +1,165 @@
+"""The loop: pair forces, step, save, checkpoint, progress. It knows no physics and writes only the run folder."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import warp as wp
+
+from warp_rods import ensembles
+from warp_rods.errors import RodFailure
+from warp_rods.neighbours import Neighbours
+from warp_rods.scene import Scene
+from warp_rods.step_limits import SAFETY, StepLimit
+from warp_rods.variables import Variable
+
+FEWEST_STEPS = 1000
+"""Steps that a run takes at least when the scene names none: bounds are of stability, this is for accuracy."""
+
+
+class Ensemble(Protocol):
+    """What every ensemble of rods offers to the loop."""
+
+    count: int
+    nodes: int
+    time: float
+    saved: dict[str, Variable]
+
+    def static(self) -> dict[str, np.ndarray]: ...
+    def step(self, dt: float, steps: int = 1) -> None: ...
+    def variables(self) -> dict[str, np.ndarray]: ...
+    def state(self) -> dict[str, np.ndarray]: ...
+    def restore(self, state: dict[str, np.ndarray]) -> None: ...
+    def failures(self) -> list[tuple[int, float, str]]: ...
+    def parameters(self, rod: int) -> dict[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class Frames:
+    """When frames are saved, and the steps between them."""
+
+    times: np.ndarray
+    """[frame], the first 0."""
+    steps: np.ndarray
+    """[frame]: steps that lead to each, the first 0."""
+
+    @classmethod
+    def plan(cls, end: float, every: float, step: float) -> Frames:
+        """Frames each ``every`` and at ``end``, with equal steps of at most ``step`` from one to the next."""
+        count = math.floor(end / every + 1e-9)
+        times = np.append(every * np.arange(count + 1), end) if count * every < end * (1 - 1e-9) else None
+        if times is None:
+            times = np.append(every * np.arange(count), end)
+        spans = np.diff(times, prepend=0.0)
+        return cls(times, np.ceil(spans / step * (1 - 1e-9)).astype(int))
+
+
+class Simulation:
+    """A scene set up on a device: ensembles placed, forces and step chosen.
+
+    Raises SceneError for what only shows when a scene is laid out: a filament too long for its surface, a
+    surface without points, rods that do not fit. ``notes`` and ``warnings`` are lines for the user.
+    """
+
+    def __init__(self, scene: Scene, device: str | None = None):
+        self.scene, self.device = scene, wp.get_device(device)
+        self.notes: list[str] = []
+        self.ensembles: dict[str, Ensemble] = {}
+        self._known_failures: set[tuple[str, int]] = set()
+        layout = ensembles.lay_out(scene, self.device)
+        self.ensembles, self.notes = layout.ensembles, layout.notes
+        self._neighbours = self._build_neighbours()
+        self.step_size, self.warnings = self._choose_step(layout.limits)
+        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        self.frame = 0
+
+    def _build_neighbours(self) -> Neighbours | None:
+        steric = self.scene.steric
+        if steric is None or steric.strength == 0:
+            return None
+        crowd = list(self.ensembles.values())
+        return Neighbours(crowd, steric.strength, steric.range, steric.core, self.device)  # type: ignore[arg-type]
+
+    def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
+        """The scene's step, or a safe share of the smallest bound; a line for each bound that it breaks."""
+        wanted = self.scene.time.step
+        if wanted is None:
+            smallest = min(limit.step for limit in limits.values())
+            return min(SAFETY * smallest, self.scene.time.save_every, self.scene.time.end / FEWEST_STEPS), []
+        broken = [(name, limit) for name, limit in limits.items() if wanted > limit.step]
+        return wanted, [
+            f"time.step = {wanted:g} is above {limit.step:.3g}, the bound for {name}: {limit.reason}. Beyond it the "
+            f"answer can be wrong without blowing up: use a smaller step, or leave it out to have it chosen."
+            for name, limit in broken
+        ]
+
+    @property
+    def time(self) -> float:
+        """Time of the last frame reached."""
+        return float(self.frames.times[self.frame])
+
+    @property
+    def rods(self) -> int:
+        """Rods of all ensembles."""
+        return sum(e.count for e in self.ensembles.values())
+
+    def warm_up(self) -> None:
+        """Compile and load every kernel of a step and a frame; the state stays as it is."""
+        before = self.state()
+        for ensemble in self.ensembles.values():
+            ensemble.step(self.step_size)
+        self.variables()
+        self.restore(before)
+
+    def to_next_frame(self) -> Iterator[int]:
+        """Step to the next frame; yields now and then how many steps of it are done."""
+        target = self.frame + 1
+        steps = int(self.frames.steps[target])
+        dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
+        for done in range(1, steps + 1):
+            if self._neighbours:
+                self._neighbours.apply()
+            for ensemble in self.ensembles.values():
+                ensemble.step(dt)
+            yield done
+        self.frame = target
+
+    def variables(self) -> dict[str, dict[str, np.ndarray]]:
+        """The present frame as the trajectory keeps it: ensemble → variable → values."""
+        if self._neighbours:
+            self._neighbours.apply()
+        found = {name: ensemble.variables() for name, ensemble in self.ensembles.items()}
+        none = [np.zeros(ensemble.count) for ensemble in self.ensembles.values()]
+        shares = self._neighbours.energies() if self._neighbours else none
+        for values, share in zip(found.values(), shares, strict=True):
+            values["steric_energy"] = share
+        return found
+
+    def new_failures(self) -> list[str]:
+        """A line for each rod that was lost since this was last asked; RodFailure once all rods are lost."""
+        lines, lost = [], 0
+        for name, ensemble in self.ensembles.items():
+            for rod, when, what in ensemble.failures():
+                lost += 1
+                if (name, rod) not in self._known_failures:
+                    self._known_failures.add((name, rod))
+                    lines.append(f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}")
+        if lost == self.rods:
+            raise RodFailure("\n".join([*lines, f"No rod is left: try time.step below {self.step_size:g}."]))
+        return lines
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that the next step depends on, for a checkpoint."""
+        arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
+        return {**arrays, "frame": np.array(self.frame)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Go back to a ``state`` of the same scene; the next steps have the same bits."""
+        for name, ensemble in self.ensembles.items():
+            prefix = f"{name}/"
+            ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
+        self.frame = int(state["frame"])

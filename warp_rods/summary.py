@@ -1,0 +1,43 @@
+"""The table that ends a run, and ``warp-rods`` reports: from a trajectory, a row an ensemble."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from rich.table import Table
+
+
+def summary(data: xr.DataTree) -> Table:
+    """Energy, ⟨𝒦⟩ or speed, worst constraint residual and lost rods of each ensemble at the end, with the start."""
+    table = Table("ensemble", "rods", "energy", "⟨𝒦⟩ or speed", "worst residual", "lost")
+    for name, group in data.children.items():
+        d = group.to_dataset()
+        first, last = d.isel(frame=0), d.isel(frame=-1)
+        table.add_row(
+            name,
+            str(d.sizes["rod"]),
+            _change(float(first.energy.mean()), float(last.energy.mean())),
+            _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d),
+            _residual(d),
+            str(int((last.status != 0).sum())),
+        )
+    return table
+
+
+def _change(first: float, last: float) -> str:
+    return f"{first:.4g} → {last:.4g}"
+
+
+def _speed(d: xr.Dataset) -> str:
+    """Mean over the rods of |r(T) − r(0)|/T of the middle node."""
+    middle = d.position.isel(node=d.sizes["node"] // 2)
+    way = middle.isel(frame=-1) - middle.isel(frame=0)
+    span = float(d.time[-1] - d.time[0])
+    return f"{float(np.linalg.norm(way, axis=-1).mean()) / span:.4g}" if span > 0 else "–"
+
+
+def _residual(d: xr.Dataset) -> str:
+    if "constraint" not in d:
+        return "–"
+    worst = {"|φ|/|∇φ|": d.constraint, "|q·n|": d.orthogonality, "Δs": d.arc_length}
+    return ", ".join(f"{label} {float(values.max()):.1e}" for label, values in worst.items())

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import warp as wp
 from scipy.linalg import solve_banded
+
 from warp_rods.kernels import banded
 from warp_rods.kernels.layout import per_node, real
 

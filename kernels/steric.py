@@ -85,8 +85,8 @@ def pack(
     cloud.position[k] = position[rod, i]
     cloud.weight[k] = trapezoid_weight(i, nodes, h)
     cloud.arc[k] = h * real(i)
-    # Half a spacing off the bound, so that round-off does not decide which pairs it leaves out.
-    cloud.apart[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(0.5) * h
+    # A little off the bound, so that round-off does not decide which pairs it leaves out.
+    cloud.apart[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h
 
 
 @wp.kernel

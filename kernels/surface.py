@@ -57,7 +57,7 @@ def gaussian(K: wp.vec3d) -> real:
 
 @functools.cache
 def sampler(field: wp.Function) -> SimpleNamespace:
-    """Kernels for one surface at points: ``.value`` fills φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""
+    """Kernels for one surface at points: ``.value`` φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""
 
     @wp.kernel(module="unique", enable_backward=False)
     def value(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import warp as wp
+
 from warp_rods.kernels import lie
 from warp_rods.kernels.layout import real
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from reference_banded import backward_error, biharmonic, dominant, lapack, off_the_rod
+
 from warp_rods.kernels import banded
 from warp_rods.kernels.layout import per_node, real
 

@@ -3,6 +3,8 @@
 Policy: closed forms, conservation laws and fitted slopes only; every tolerance is round-off or tied to the order.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from exact import beam_decay_rates, cylinder_angles, sphere_decay_rates
@@ -125,7 +127,7 @@ def test_second_order_in_space(device):
         rods = on_torus(nodes, device)
         rods.step(1e-4, 200)
         lines.append(rods.position[0, :: (nodes - 1) // 16])
-    errors = [np.abs(a - b).max() for a, b in zip(lines, lines[1:], strict=False)]
+    errors = [np.abs(a - b).max() for a, b in pairwise(lines)]
     assert slope(errors) == ORDER
 
 
@@ -136,7 +138,7 @@ def test_second_order_in_time(device):
         rods.step(2.5e-5, 2000)  # past the fast start, by the same road
         rods.step(step, round(0.1 / step))
         lines.append(rods.position[0])
-    errors = [np.abs(a - b).max() for a, b in zip(lines, lines[1:], strict=False)]
+    errors = [np.abs(a - b).max() for a, b in pairwise(lines)]
     assert slope(errors) == ORDER
 
 
@@ -150,7 +152,7 @@ def test_a_change_of_step_keeps_the_order():
         return rods.position[0]
 
     lines = [run(step) for step in (1e-3, 5e-4, 2.5e-4, 1.25e-4)]
-    errors = [np.abs(a - b).max() for a, b in zip(lines, lines[1:], strict=False)]
+    errors = [np.abs(a - b).max() for a, b in pairwise(lines)]
     assert slope(errors) == ORDER
 
 

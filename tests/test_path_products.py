@@ -6,6 +6,7 @@ import reference
 import warp as wp
 from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
+
 from warp_rods.kernels import lie
 from warp_rods.kernels.layout import per_node, per_rod, real
 

@@ -11,6 +11,7 @@ import pytest
 import reference
 import warp as wp
 from scipy.integrate import solve_ivp
+
 from warp_rods.kernels import lie
 from warp_rods.kernels.layout import real
 

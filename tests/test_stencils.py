@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import warp as wp
+
 from warp_rods.kernels import stencils
 from warp_rods.kernels.layout import per_node, per_rod, real
 

@@ -1,0 +1,79 @@
+"""Twin of the steric sums: regularised Yukawa repulsion over all pairs, in NumPy (model §3, "Steric"; D.6)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+REACH = 8.0
+
+
+@dataclass(frozen=True)
+class Rods:
+    """One ensemble: positions [rod, node, 3] and lengths [rod]."""
+
+    position: np.ndarray
+    length: np.ndarray
+
+    @property
+    def spacing(self) -> np.ndarray:
+        return self.length / (self.position.shape[1] - 1)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """All nodes of all ensembles in one list, and the potential between them: strength g0, range a, core ε."""
+
+    ensembles: list[Rods]
+    strength: float
+    range: float
+    core: float
+
+    def _joined(self, per_ensemble) -> np.ndarray:
+        return np.concatenate([per_ensemble(e).reshape(-1) for e in self.ensembles])
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        return np.concatenate([e.position.reshape(-1, 3) for e in self.ensembles])
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """Trapezoid weights."""
+
+        def of(e: Rods) -> np.ndarray:
+            w = np.repeat(e.spacing[:, None], e.position.shape[1], axis=1)
+            w[:, [0, -1]] /= 2
+            return w
+
+        return self._joined(of)
+
+    @cached_property
+    def allowed(self) -> np.ndarray:
+        """Which pairs interact, reach aside: all but those of one rod closer than max(2ε, 4Δs) along it."""
+        sizes = [e.position.shape[1] for e in self.ensembles for _ in e.length]
+        rod = np.repeat(np.arange(len(sizes)), sizes)
+        node = np.concatenate([np.arange(n) for n in sizes])
+        spacing = np.repeat(np.concatenate([e.spacing for e in self.ensembles]), sizes)
+        along = np.abs(node[:, None] - node) * spacing
+        # Pairs at the bound itself are in, whatever the rounding of node times spacing.
+        near = along < np.maximum(2 * self.core, 4 * spacing)[:, None] * (1 - 1e-9)
+        return ~((rod[:, None] == rod) & near)
+
+    def _separations(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """r_i − r_j, ρ and which pairs count; complex points are differentiated through."""
+        d = points[:, None] - points
+        square = np.sum(d * d, axis=-1)
+        return d, np.sqrt(square + self.core**2), self.allowed & (square.real < (REACH * self.range) ** 2)
+
+    def energies(self, points: np.ndarray | None = None) -> np.ndarray:
+        """Each node's half of its pairs' energy w_i w_j G."""
+        _, rho, counts = self._separations(self.points if points is None else points)
+        G = self.strength * np.exp(-rho / self.range) / (4 * np.pi * rho)
+        return 0.5 * self.weights * np.sum(np.where(counts, G, 0) * self.weights, axis=1)
+
+    def forces(self) -> np.ndarray:
+        """Force per length on each node [point, 3] (5.39)."""
+        d, rho, counts = self._separations(self.points)
+        a = self.range
+        push = self.strength * (rho + a) * np.exp(-rho / a) / (4 * np.pi * a * rho**3)
+        return np.einsum("ij,ijk,j->ik", np.where(counts, push, 0), d, self.weights)

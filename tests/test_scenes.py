@@ -1,0 +1,50 @@
+"""The scenes of this repository: each one runs, and the ensembles do what the model says of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warp_rods import runner
+from warp_rods.scene import Scene
+
+SCENES = Path(__file__).parent.parent / "scenes"
+
+
+def shortened(name: str, end: float, save_every: float) -> Scene:
+    scene = Scene.load(SCENES / name)
+    return scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "save_every": save_every})})
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda p: p.stem)
+def test_scene_runs(path, tmp_path):
+    run = runner.run(shortened(path.name, 0.02, 0.01), tmp_path / "run", device="cpu")
+    assert not run.lost
+    for group in run.data.children.values():
+        assert group.sizes["frame"] == 3
+        assert np.isfinite(group["position"]).all()
+
+
+def test_convex_sensors_find_the_bulbs(tmp_path):
+    """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
+    data = runner.run(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
+    assert float(data.gauss[0].mean()) == pytest.approx(1.3, abs=0.2)
+    assert float(data.gauss[-1].mean()) == pytest.approx(2.0, abs=0.1)
+    assert (data.gauss[-1] > 0).all()
+    assert (data.status == 0).all()
+    assert float(data.constraint.max()) < 1e-9
+    assert float(data.orthogonality.max()) < 1e-15
+    assert float(data.arc_length.max()) < 1e-9
+    total = (data.energy + data.steric_energy).sum("rod")
+    assert (total.diff("frame") < 1e-6 * total[0]).all()
+
+
+def test_concave_sensors_find_the_neck(tmp_path):
+    data = runner.run(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
+    assert (data["sensors"]["gauss"][-1] < 0).all()
+
+
+def test_twist_picks_the_hand_of_a_helix(tmp_path):
+    data = runner.run(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
+    right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
+    assert (right > 0.1).all() and (left < -0.1).all()

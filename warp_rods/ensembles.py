@@ -12,11 +12,14 @@ import numpy as np
 from warp_rods import placement, scene_ensembles, surfaces
 from warp_rods.bound_rods import BoundRods
 from warp_rods.errors import SceneError
+from warp_rods.free_rods import FreeRods
 from warp_rods.per_rod import each_node, each_rod
 from warp_rods.scene import Scene
 from warp_rods.step_limits import StepLimit, filament_limits, steric_limit
 from warp_rods.surfaces import Surface
 
+SWIMMER_STEP = 1e-3
+"""Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
 LIMIT_SAMPLES = 400
 """Points of the surface at which the orientation stiffness is looked at."""
 
@@ -113,5 +116,18 @@ def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -
     return position, direction
 
 
-BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments}
+def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
+    names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
+    layout.ensembles[table.name] = FreeRods(
+        table.count,
+        table.nodes,
+        **{name: getattr(table, name) for name in names},
+        flagella=table.flagella.model_dump(),
+        shape=table.shape.model_dump(exclude_none=True),
+        device=layout.device,
+    )
+    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")
+
+
+BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}
 """Scene table → builder that adds an ensemble to the layout."""

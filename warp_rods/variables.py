@@ -63,4 +63,5 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
 SWIMMER_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
+    "power": Variable(_ROD, "float64", "force*length/time", "power of flagella and forces", "∫ f u0 + M f ω0 + f·u ds"),
 }

@@ -164,3 +164,20 @@ def test_lost_rods_are_named_and_a_run_without_rods_stops(tmp_path):
         pass
     with pytest.raises(RodFailure, match=r"No rod is left: try time\.step below 0\.0005"):
         simulation.new_failures()
+
+
+def test_swimmers_start_where_they_are_placed_and_swim(tmp_path):
+    cells = {
+        "name": "cells", "count": 2, "nodes": 65, "bend": [5e-3, 1e-3], "twist": 1e-3, "symmetric": True,
+        "shape": {"kind": "mode", "amplitude": 3.0},
+        "placement": {"position": [[1, 2, 3], [4, 5, 6]], "direction": [[0, 0, 2], [1, 0, 0]]},
+    }  # fmt: skip
+    tables = {"swimmers": [cells], "time": {"end": 0.2, "step": 1e-3, "save_every": 0.1}}
+    data = runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["cells"].to_dataset()
+    np.testing.assert_allclose(data.position[0, :, 32], [[1, 2, 3], [4, 5, 6]], atol=1e-14)
+    chord = (data.position[0, :, 33] - data.position[0, :, 31]).to_numpy()
+    np.testing.assert_allclose(chord * 32, [[0, 0, 1], [1, 0, 0]], atol=2e-3)
+    assert {"activity", "power", "energy_density", "dissipation"} <= set(data)
+    assert (np.linalg.norm(data.position[-1, :, 32] - data.position[0, :, 32], axis=-1) > 0.01).all()
+    (line,) = Simulation(Scene.parse({**tables, "time": {"end": 1.0, "step": 0.01, "save_every": 0.1}})).warnings
+    assert "time.step = 0.01 is above 0.001" in line and "cells" in line

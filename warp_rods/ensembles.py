@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from warp_rods import placement, scene_ensembles, surfaces
 from warp_rods.bound_rods import BoundRods
@@ -116,6 +117,17 @@ def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -
     return position, direction
 
 
+def _placed(placement: scene_ensembles.FreePlacement | None) -> dict[str, Any]:
+    """Middle points, and frames turned from x to the directions by the shortest way."""
+    if placement is None:
+        return {}
+    if placement.direction is None:
+        return {"position": np.array(placement.position)}
+    to = np.array(placement.direction)
+    turns = [Rotation.align_vectors(d[None], [[1.0, 0.0, 0.0]])[0].as_matrix() for d in to]
+    return {"position": np.array(placement.position), "rotation": np.array(turns)}
+
+
 def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     layout.ensembles[table.name] = FreeRods(
@@ -124,6 +136,7 @@ def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
         shape=table.shape.model_dump(exclude_none=True),
+        **_placed(table.placement),
         device=layout.device,
     )
     layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")

@@ -200,6 +200,15 @@ class Shape(Table):
         ]
 
 
+class FreePlacement(Table):
+    """Where swimmers start: middle points and directions of the tangent there [rods, 3]."""
+
+    position: Annotated[Points, point_each()] = Field(description="a list of points [x, y, z], one for each rod")
+    direction: Annotated[Points, point_each(may_be_zero=False)] | None = Field(
+        None, description="a list of directions [dx, dy, dz], one for each rod; left out: along x"
+    )
+
+
 def _odd(nodes: int) -> int:
     refuse([] if nodes % 2 else [wrong((), nodes)])
     return nodes
@@ -223,10 +232,12 @@ class Swimmers(Table):
     )
     shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, balanced }")
     symmetric: bool = Field(default=False, strict=True, description="true or false")
+    placement: FreePlacement | None = Field(
+        default=None, description="a table { position, direction }; left out: all at the origin, along x"
+    )
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "rotational_drag")
-        return length_faults(
-            raw, good, (*plain_keys, "flagella.relaxation", "flagella.diffusion", "shape.amplitude")
-        )
+        nested = ("flagella.relaxation", "flagella.diffusion", "shape.amplitude")
+        return length_faults(raw, good, (*plain_keys, *nested, "placement.position", "placement.direction"))

@@ -12,8 +12,23 @@ from .layout import real
 
 wp.set_module_options({"enable_backward": False})
 
-Parameters = wp.types.vector(8, wp.float64)
-"""The parameters of one surface, in the order of its table row; unused places are zero."""
+Numbers = wp.types.vector(8, wp.float64)
+
+
+@wp.struct
+class Parameters:
+    """What one surface differs in from others of its field."""
+
+    v: Numbers  # its parameters in the order of its table row; unused places are zero
+    grid: wp.array3d(dtype=wp.float64)  # its coefficients, where it is given on a grid; else empty
+
+
+def _signature(x: wp.vec3d, p: Parameters): ...
+
+
+def written_field(name: str, source: str) -> wp.Function:
+    """The field whose source is this text, in a module of this name; the source sees ``wp`` and ``Parameters``."""
+    return wp.Function(_signature, key=name, namespace="", module=wp.get_module(name), source=source)
 
 
 @wp.func

@@ -212,7 +212,7 @@ def test_impossible_surfaces_are_refused_by_name(kind, values, words):
 @wp.func
 def hyperboloid(x: wp.vec3d, p: geometry.Parameters):
     """φ = ((x² + y²)/a² − z²/c² − 1)/2, of one sheet."""
-    w = wp.vec3d(real(1.0) / (p[0] * p[0]), real(1.0) / (p[0] * p[0]), real(-1.0) / (p[1] * p[1]))
+    w = wp.vec3d(real(1.0) / (p.v[0] * p.v[0]), real(1.0) / (p.v[0] * p.v[0]), real(-1.0) / (p.v[1] * p.v[1]))
     g = wp.cw_mul(w, x)
     return real(0.5) * (wp.dot(g, x) - real(1.0)), g, wp.diag(w)
 

@@ -16,7 +16,7 @@ from .scene_checks import Faults, Table, fault, key_path, plain, shown
 from .scene_ensembles import Filaments, Swimmers
 from .scene_tables import Steric, Surface, Time, Units
 from .scene_toml import document
-from .surfaces import SURFACES
+from .surfaces import KINDS
 
 
 class Scene(Table):
@@ -44,7 +44,7 @@ class Scene(Table):
     def load(cls, path: str | Path) -> Scene:
         """The scene in a TOML file; raises SceneError for a file that cannot be read, too."""
         try:
-            return cls.parse(Path(path).read_text(encoding="utf-8-sig"))
+            return cls.parse(Path(path).read_text(encoding="utf-8-sig"), Path(path).resolve().parent)
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file") from None
         except (OSError, UnicodeDecodeError) as error:
@@ -53,14 +53,20 @@ class Scene(Table):
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
-    def parse(cls, scene: str | Mapping[str, Any]) -> Scene:
-        """The scene in this TOML text, or in this mapping of the same form; raises SceneError."""
+    def parse(cls, scene: str | Mapping[str, Any], folder: Path = Path()) -> Scene:
+        """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
+
+        Paths in a text start at ``folder``.
+        """
         if not isinstance(scene, str):
             return cls(**plain(dict(scene)))
         try:
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
             raise SceneError(f"this is not TOML: {error}") from None
+        surface = tables.get("surface")
+        if isinstance(surface, dict) and isinstance(surface.get("file"), str):
+            surface["file"] = str(folder / surface["file"])
         return cls(**tables)
 
     def to_toml(self) -> str:
@@ -81,7 +87,7 @@ class Scene(Table):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
         if raw.get("filaments") and "surface" not in raw:
-            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(SURFACES)}"
+            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(KINDS)}"
             faults.append(fault(("surface",), raw, text))
         return faults
 

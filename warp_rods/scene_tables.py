@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, PlainValidator
 
 from .scene_checks import Faults, Table, a_number, fault, nearest, number, refuse, row, shown, wrong
-from .surfaces import SURFACES, Parameter
+from .surfaces import GIVEN, KINDS, SURFACES, Parameter, read
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
 LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
@@ -19,15 +19,15 @@ ZeroOrMore = Annotated[float, a_number("zero or more")]
 
 
 class Surface(Table):
-    """The membrane: its kind, and beside it the kind's own parameters, named in ``surfaces.SURFACES``."""
+    """The membrane: its kind, and beside it the kind's own parameters, named in ``surfaces.KINDS``."""
 
     model_config = ConfigDict(extra="allow")
 
-    kind: str = Field(description="one of " + ", ".join(SURFACES))
+    kind: str = Field(description="one of " + ", ".join(KINDS))
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Name → number, or tuple of three, of every parameter of this kind."""
+        """Name → value of every parameter of this kind."""
         return dict(self.model_extra or {})
 
     @classmethod
@@ -43,11 +43,15 @@ class Surface(Table):
 def _surface_parameters(data: dict[str, Any]) -> tuple[dict[str, Any], Faults]:
     """The parameters with defaults filled in, and what is wrong with them."""
     kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in SURFACES:
-        text = f" = {shown(kind)}: must be one of {', '.join(SURFACES)}{nearest(kind, SURFACES)}"
+    if not isinstance(kind, str) or kind not in KINDS:
+        text = f" = {shown(kind)}: must be one of {', '.join(KINDS)}{nearest(kind, KINDS)}"
         return {}, [fault(("kind",), kind, text)]
+    if kind in GIVEN:
+        values, found = read(kind, {key: value for key, value in data.items() if key != "kind"})
+        return values, [fault(where, data, text) for where, text in found]
     known = SURFACES[kind].parameters
-    faults, values = [], {}
+    faults: Faults = []
+    values = {}
     for name in (key for key in data if key not in known and key != "kind"):
         text = f": not a parameter of {kind}{nearest(name, known)}; it has {', '.join(known)}"
         faults.append(fault((name,), data[name], text))

@@ -1,130 +1,44 @@
-"""The membranes: surfaces φ(x) = 0 with outward where φ > 0, and the table that names them.
-
-To add one: a Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` as in ``kernels/fields.py``, and a row of ``SURFACES``
-with its parameters and its box. Lengths are in the scene's unit.
-"""
+"""The membranes: surfaces φ(x) = 0 with outward where φ > 0, of a kind with numbers, of a text or of a file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections import ChainMap
+from collections.abc import MutableMapping
+from typing import Any, Protocol
 
 import numpy as np
 import warp as wp
 
+from warp_rods import enclosure
 from warp_rods.errors import SceneError
-from warp_rods.kernels import fields
-from warp_rods.kernels.surface import Parameters, sampler
+from warp_rods.expression import Expression
+from warp_rods.kernels.surface import Numbers, Parameters, sampler
+from warp_rods.level_set import LevelSet
+from warp_rods.surface_kinds import SURFACES, Parameter, Shape, SurfaceKind, Values
 
-Box = tuple[np.ndarray, np.ndarray]
-Values = Mapping[str, Any]
+__all__ = ["GIVEN", "KINDS", "SURFACES", "Fault", "Parameter", "Surface", "SurfaceKind", "make", "read"]
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number (size 1) or three (size 3), all positive unless ``allowed`` is "any number"."""
-
-    size: int = 1
-    default: float | None = None
-    allowed: str = "positive"
+Fault = tuple[tuple[str | int, ...], str]
+"""Where a value of the table is, and what to say after its key path."""
 
 
-@dataclass(frozen=True)
-class SurfaceKind:
-    """A row of the table: parameters in the order of the field's vector p, bounding box, and impossible values."""
+class Given(Protocol):
+    """A kind of surface that the user gives as a text or a file."""
 
-    field: Callable[..., Any]
-    parameters: dict[str, Parameter]
-    box: Callable[[Values], tuple[float, float, float]]
-    """Half extents of a box round the origin that holds the surface (of an open one: the patch that is used)."""
-    closed: bool = True
-    check: Callable[[Values], str | None] = lambda values: None
-    """What is impossible about these values, each already of the right type and sign."""
+    key: str
+    """The key whose value the surface is made of."""
 
+    def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
+        """The values with defaults filled in, and what is wrong with them."""
 
-def _torus_fault(v: Values) -> str | None:
-    if v["minor"] < v["major"]:
-        return None
-    return f"minor = {v['minor']} must be smaller than major = {v['major']}"
+    def shape(self, values: Values) -> Shape:
+        """The surface with these values."""
 
 
-def _cassini_fault(v: Values) -> str | None:
-    if v["b"] > v["a"]:
-        return None
-    return f"b = {v['b']} must be larger than a = {v['a']}: at b = a the neck closes, below it falls into two"
+GIVEN: dict[str, Given] = {"expression": Expression(), "grid": LevelSet()}
+"""Kinds of membrane that a user gives."""
 
-
-def _undulated_fault(v: Values) -> str | None:
-    R, bumps, k = v["radius"], v["amplitude"], v["wavenumber"]
-    lowest = np.sqrt(max(R**2 - 3 * bumps, 0.0))  # x·∇φ ≥ r (2r − √3 ε k) is positive from this radius on
-    if 2 * lowest > np.sqrt(3) * bumps * k:
-        return None
-    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break up; use less of either"
-
-
-def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
-    return radius, radius, half_length
-
-
-def _tube(radius: float, length: float) -> tuple[float, float, float]:
-    """An open tube along z: to spare across, cut where the scene says along z."""
-    return 1.02 * radius, 1.02 * radius, length / 2
-
-
-def _cassini_radius(a: float, b: float) -> float:
-    """Widest ρ: at z² = a² − b⁴/4a² while that is positive, else at z = 0."""
-    return b * b / (2 * a) if b * b < 2 * a * a else float(np.sqrt(b * b - a * a))
-
-
-def _undulated_radius(v: Values) -> float:
-    return float(np.sqrt(v["radius"] ** 2 + 3 * v["amplitude"]))
-
-
-SURFACES: dict[str, SurfaceKind] = {
-    "plane": SurfaceKind(
-        fields.plane,
-        {"size": Parameter(default=10.0)},
-        lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]),
-        closed=False,
-    ),
-    "sphere": SurfaceKind(fields.sphere, {"radius": Parameter()}, lambda v: (v["radius"],) * 3),
-    "ellipsoid": SurfaceKind(fields.ellipsoid, {"radii": Parameter(size=3)}, lambda v: tuple(v["radii"])),
-    "cylinder": SurfaceKind(
-        fields.cylinder,
-        {"radius": Parameter(), "length": Parameter(default=10.0)},
-        lambda v: _tube(v["radius"], v["length"]),
-        closed=False,
-    ),
-    "torus": SurfaceKind(
-        fields.torus,
-        {"major": Parameter(), "minor": Parameter()},
-        lambda v: _revolved(v["major"] + v["minor"], v["minor"]),
-        check=_torus_fault,
-    ),
-    "cassini": SurfaceKind(
-        fields.cassini,
-        {"a": Parameter(), "b": Parameter()},
-        lambda v: _revolved(_cassini_radius(v["a"], v["b"]), float(np.hypot(v["a"], v["b"]))),
-        check=_cassini_fault,
-    ),
-    "bridge": SurfaceKind(
-        fields.bridge,
-        {"neck": Parameter(), "body": Parameter(), "width": Parameter(), "length": Parameter(default=6.0)},
-        lambda v: _tube(max(v["neck"], v["body"]), v["length"]),
-        closed=False,
-    ),
-    "undulated": SurfaceKind(
-        fields.undulated,
-        {
-            "radius": Parameter(default=1.0),
-            "amplitude": Parameter(default=0.16),
-            "wavenumber": Parameter(default=5.0),
-        },
-        lambda v: (_undulated_radius(v),) * 3,
-        check=_undulated_fault,
-    ),
-}
+KINDS: MutableMapping[str, SurfaceKind | Given] = ChainMap(GIVEN, SURFACES)  # type: ignore[arg-type]
 """Every kind of membrane by its name in a scene."""
 
 
@@ -133,26 +47,16 @@ class Surface:
 
     def __init__(self, kind: str, values: Values):
         self.kind, self.values = kind, dict(values)
-        self._row = SURFACES[kind]
-        numbers = np.concatenate([np.atleast_1d(values[name]) for name in self._row.parameters])
-        self.parameters = np.zeros(8)
-        self.parameters[: numbers.size] = numbers
-
-    @property
-    def field(self) -> Callable[..., Any]:
+        shape = KINDS[kind].shape(values)
+        self.field = shape.field
         """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
-        return self._row.field
-
-    @property
-    def closed(self) -> bool:
-        """Whether the surface is bounded; of an open one the patch inside ``box`` is used."""
-        return self._row.closed
-
-    @property
-    def box(self) -> Box:
+        self.parameters = np.zeros(8)
+        self.parameters[: shape.numbers.size] = shape.numbers
+        self._grid, self._grids = shape.grid, dict[str, wp.array]()
+        self.box = shape.box
         """Lower and upper corner [3] of a box that holds the surface, a little to spare."""
-        half = (1.02 if self.closed else 1.0) * np.array(self._row.box(self.values))
-        return -half, half
+        self.closed = enclosure.is_closed(self) if shape.closed is None else shape.closed
+        """Whether the surface is bounded; of an open one the patch inside ``box`` is used."""
 
     def _evaluate(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
@@ -165,7 +69,14 @@ class Surface:
 
     def device_parameters(self, device) -> wp.array:
         """The parameters as a one-element array, so that a recorded step can see them change."""
-        return wp.array(self.parameters.reshape(1, 8), dtype=Parameters, device=device)
+        p = Parameters()
+        p.v = Numbers(*self.parameters)
+        if self._grid is not None:
+            name = str(wp.get_device(device))
+            if name not in self._grids:
+                self._grids[name] = wp.array(self._grid, dtype=wp.float64, device=device)
+            p.grid = self._grids[name]
+        return wp.array([p], dtype=Parameters, device=device)
 
     def phi(self, points: np.ndarray) -> np.ndarray:
         """φ at points [..., 3]."""
@@ -211,6 +122,14 @@ class Surface:
         return np.linalg.det(self.second_form(points)[2])
 
 
+def read(kind: str, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
+    """The values of a surface of a given kind with defaults filled in, and all that is wrong with them and with it."""
+    values, faults = GIVEN[kind].read(raw)
+    if not faults:
+        faults = [((GIVEN[kind].key,), text) for text in enclosure.faults(Surface(kind, values))]
+    return values, faults
+
+
 def _fits(value: Any, parameter: Parameter) -> bool:
     """Whether a value from Python is as many finite numbers as the parameter asks for, positive where it must be."""
     try:
@@ -227,8 +146,13 @@ def make(kind: str, values: Values) -> Surface:
 
     Raises SceneError naming every fault: an unknown kind or parameter, a missing or impossible value.
     """
-    if kind not in SURFACES:
-        raise SceneError(f"surface.kind: {kind!r} is not known; known are {', '.join(SURFACES)}")
+    if kind not in KINDS:
+        raise SceneError(f"surface.kind: {kind!r} is not known; known are {', '.join(KINDS)}")
+    if kind in GIVEN:
+        filled, found = read(kind, values)
+        if found:
+            raise SceneError("\n".join(f"surface.{'.'.join(map(str, where))}{text}" for where, text in found))
+        return Surface(kind, filled)
     row, faults, filled = SURFACES[kind], [], {}
     for name in values.keys() - row.parameters.keys():
         faults.append(f"surface.{name}: not a parameter of {kind}; it has {', '.join(row.parameters)}")

@@ -1,0 +1,120 @@
+"""From φ as a SymPy expression to a Warp function of φ, ∇φ and ∇∇φ: differentiated, shared parts found, written out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from warp_rods.formula import FormulaError
+
+MOST_LINES = 2000
+
+CALLS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "atan2")
+
+
+def field_source(phi: Any) -> str:
+    """Source of ``field(x, p)`` for an expression in x0, x1, x2 and p0, p1, …; the same text in every process.
+
+    Raises FormulaError where it is not real, or its derivatives are too long.
+    """
+    import sympy
+
+    x = sympy.symbols("x:3")
+    gradient = [sympy.diff(phi, a) for a in x]
+    hessian = [sympy.diff(gradient[i], x[j]) for i in range(3) for j in range(i, 3)]
+    shared, wanted = sympy.cse([phi, *gradient, *hessian], symbols=sympy.numbered_symbols("t"), order="canonical")
+    lines = _Lines()
+    for symbol, part in shared:
+        lines.names[symbol] = lines.name(part)
+    value, gx, gy, gz, xx, xy, xz, yy, yz, zz = (lines.name(part) for part in wanted)
+    body = "\n".join(f"    {line}" for line in lines.lines)
+    return (
+        f"def field(x: wp.vec3d, p: Parameters):\n{body}\n"
+        f"    return {value}, wp.vec3d({gx}, {gy}, {gz}), "
+        f"wp.mat33d({xx}, {xy}, {xz}, {xy}, {yy}, {yz}, {xz}, {yz}, {zz})\n"
+    )
+
+
+class _Lines:
+    """One line an operation; the same operation is written once."""
+
+    def __init__(self) -> None:
+        import sympy
+
+        self.lines: list[str] = []
+        self.names: dict[Any, str] = {sympy.Symbol(f"x{i}"): f"x[{i}]" for i in range(3)}
+        self.names |= {sympy.Symbol(f"p{i}"): f"p.v[{i}]" for i in range(8)}
+        self.written: dict[str, str] = {}
+
+    def name(self, part: Any) -> str:
+        """What holds the value of this part, written out first where it must be."""
+        if part not in self.names:
+            self.names[part] = _literal(part) if part.is_number else self._operation(part)
+        return self.names[part]
+
+    def line(self, text: str) -> str:
+        if text not in self.written:
+            self.written[text] = f"v{len(self.lines)}"
+            self.lines.append(f"{self.written[text]} = {text}")
+            if len(self.lines) > MOST_LINES:
+                raise FormulaError(f"too long: with its derivatives it has more than {MOST_LINES} operations")
+        return self.written[text]
+
+    def _operation(self, part: Any) -> str:
+        if part.is_Add:
+            return self._chain(" + ", [self.name(term) for term in part.as_ordered_terms()])
+        if part.is_Pow and part.exp.is_number:
+            return self._power(part.base, part.exp)
+        if part.is_Mul:
+            return self._product(part)
+        kind = type(part).__name__
+        if kind not in CALLS:
+            raise FormulaError(f"it holds {kind}, which has no meaning for real numbers here")
+        return self.line(f"wp.{kind}({', '.join(self.name(a) for a in part.args)})")
+
+    def _chain(self, sign: str, names: list[str]) -> str:
+        total = names[0]
+        for name in names[1:]:
+            total = self.line(f"{total}{sign}{name}")
+        return total
+
+    def _product(self, part: Any) -> str:
+        """Divided once, by the product of the denominators."""
+        factors = part.as_ordered_factors()
+        below = [f for f in factors if f.is_Pow and f.exp.is_number and f.exp.is_negative]
+        above = [f for f in factors if f not in below and f != -1]
+        top = self._chain(" * ", [self.name(f) for f in above]) if above else "wp.float64(1.0)"
+        if below:
+            top = self.line(f"{top} / {self._chain(' * ', [self._power(f.base, -f.exp) for f in below])}")
+        return self.line(f"-{top}") if -1 in factors else top
+
+    def _power(self, base: Any, exponent: Any) -> str:
+        b = self.name(base)
+        if exponent.is_negative:
+            return self.line(f"wp.float64(1.0) / {self._power(base, -exponent)}")
+        if exponent.is_Integer:
+            return self._whole_power(b, int(exponent))
+        if (2 * exponent).is_Integer:
+            root = self.line(f"wp.sqrt({b})")
+            return self.line(f"{self._whole_power(b, int(exponent))} * {root}") if exponent > 1 else root
+        return self.line(f"wp.pow({b}, {_literal(exponent)})")
+
+    def _whole_power(self, name: str, n: int) -> str:
+        """By squaring: a power of a float with a float exponent is much dearer."""
+        if n == 1:
+            return name
+        if n % 2:
+            return self.line(f"{self._whole_power(name, n - 1)} * {name}")
+        half = self._whole_power(name, n // 2)
+        return self.line(f"{half} * {half}")
+
+
+def _literal(number: Any) -> str:
+    """A number as one float64 literal: Warp works out quotients of literals in float32."""
+    try:
+        value = float(number)
+    except (TypeError, OverflowError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise FormulaError(f"it holds {str(number)[:40]}, which is no finite real number")
+    return f"wp.float64({value!r})"

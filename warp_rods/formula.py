@@ -1,0 +1,196 @@
+"""φ as text: read through a whitelist of Python's syntax tree, never evaluated, into a SymPy expression.
+
+Allowed: numbers, pi, x, y, z, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
+where they are defined. Lengths, depths, powers and degrees are capped, so that no text takes long to read.
+"""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import sympy
+
+FUNCTIONS: dict[str, Callable[..., float]] = {
+    name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan")
+}
+TWO_ARGUMENTS = {"atan2": math.atan2}
+COORDINATES = ("x", "y", "z")
+
+MOST_CHARACTERS = 1000
+MOST_PARTS = 300
+MOST_DEPTH = 30
+MOST_FACTORS = 20
+"""Factors in a row: the second derivatives of a product of n have of the order of n³ parts."""
+LARGEST_POWER = 12
+LARGEST_DEGREE = 48
+"""Of powers within powers: SymPy multiplies (2x)^n out."""
+LARGEST_WHOLE = 2.0**53
+
+ALLOWED = (
+    "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, ** to a number and "
+    + ", ".join(f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS))
+)
+
+OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+
+
+class FormulaError(ValueError):
+    """A text that is not an allowed formula; its message says where and what is allowed."""
+
+
+def usable_name(name: str) -> bool:
+    """Whether a parameter may be called this."""
+    taken = {*FUNCTIONS, *TWO_ARGUMENTS, *COORDINATES, "pi"}
+    return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and name not in taken
+
+
+def read(text: str, names: Sequence[str]) -> sympy.Expr:
+    """The expression in the symbols x0, x1, x2 and, for the parameters in their order, p0, p1, …
+
+    Raises FormulaError for the first thing in it that is not allowed, and for a parameter that it does not use.
+    """
+    import sympy
+
+    symbols = {name: sympy.Symbol(f"x{i}") for i, name in enumerate(COORDINATES)}
+    symbols |= {name: sympy.Symbol(f"p{i}") for i, name in enumerate(names)}
+    reader = _Reader(symbols)
+    expression, _degree = reader.part(_tree(text), 0)
+    if unused := [name for name in names if name not in reader.used]:
+        raise FormulaError(f"parameters.{unused[0]} does not occur in it")
+    if not reader.used & set(COORDINATES):
+        raise FormulaError("none of x, y, z occurs in it")
+    return sympy.sympify(expression)
+
+
+def _tree(text: str) -> ast.expr:
+    if len(text) > MOST_CHARACTERS:
+        raise FormulaError(f"{len(text)} characters; at most {MOST_CHARACTERS}")
+    if "#" in text:
+        raise FormulaError(f"column {text.index('#') + 1}: no comments here; {ALLOWED}")
+    try:
+        # Line breaks of a long TOML string mean nothing here.
+        return ast.parse(text.replace("\n", " ").replace("\r", " "), mode="eval").body
+    except SyntaxError as error:
+        raise FormulaError(f"column {error.offset or len(text) + 1}: {error.msg}; {ALLOWED}") from None
+    except (ValueError, RecursionError, MemoryError):
+        raise FormulaError(f"it cannot be read; {ALLOWED}") from None
+
+
+class _Reader:
+    """Turns allowed parts into SymPy, or into floats while they are numbers, and keeps count."""
+
+    def __init__(self, symbols: Mapping[str, Any]):
+        self.symbols, self.used, self.count = symbols, set[str](), 0
+
+    def part(self, node: ast.expr, depth: int) -> tuple[Any, float]:
+        """An expression, or a float, and a bound of its degree."""
+        self.count += 1
+        if self.count > MOST_PARTS or depth > MOST_DEPTH:
+            raise FormulaError(f"too long: at most {MOST_PARTS} parts and {MOST_DEPTH} within each other")
+        match node:
+            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+                return self._finite(node, lambda: float(value)), 0
+            case ast.Name(id=name):
+                return self._named(node, name)
+            case ast.UnaryOp(op=ast.UAdd() | ast.USub() as sign, operand=operand):
+                inner, degree = self.part(operand, depth + 1)
+                return (-inner if isinstance(sign, ast.USub) else inner), degree
+            case ast.BinOp(left=left, op=ast.Pow(), right=right):
+                return self._power(node, self.part(left, depth + 1), self.part(right, depth + 1)[0])
+            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in OPERATORS:
+                return self._joined(node, self.part(left, depth + 1), self.part(right, depth + 1))
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+                return self._called(node, name, [self.part(a, depth + 1) for a in arguments])
+        raise self._refused(node, _said(node))
+
+    def _refused(self, node: ast.expr, what: str) -> FormulaError:
+        return FormulaError(f"column {node.col_offset + 1}: {what}; {ALLOWED}")
+
+    def _finite(self, node: ast.expr, compute: Callable[[], float]) -> float:
+        try:
+            value = compute()
+        except (ArithmeticError, ValueError, TypeError):
+            value = math.nan
+        if isinstance(value, complex) or not math.isfinite(value):
+            raise self._refused(node, "not a finite real number")
+        return value
+
+    def _named(self, node: ast.expr, name: str) -> tuple[Any, float]:
+        if name == "pi":
+            return math.pi, 0
+        if name not in self.symbols:
+            raise self._refused(node, f"{name} is not known here")
+        self.used.add(name)
+        return self.symbols[name], 1
+
+    def _joined(self, node: ast.BinOp, left: tuple[Any, float], right: tuple[Any, float]) -> tuple[Any, float]:
+        (a, m), (b, n) = left, right
+        join = OPERATORS[type(node.op)]
+        degree = max(m, n) if isinstance(node.op, (ast.Add, ast.Sub)) else m + n
+        if isinstance(a, float) and isinstance(b, float):
+            return self._finite(node, lambda: join(a, b)), 0
+        if isinstance(node.op, ast.Div) and b == 0:
+            raise self._refused(node, "divides by zero")
+        product = join(_exact(a), _exact(b))
+        if product.is_Mul and len(product.args) > MOST_FACTORS:
+            raise self._refused(node, f"more than {MOST_FACTORS} factors")
+        return product, self._degree(node, degree)
+
+    def _power(self, node: ast.BinOp, base: tuple[Any, float], exponent: Any) -> tuple[Any, float]:
+        a, degree = base
+        if not isinstance(exponent, float) or abs(exponent) > LARGEST_POWER:
+            raise self._refused(node, f"the power must be a number of size {LARGEST_POWER} at most")
+        if isinstance(a, float):
+            return self._finite(node, lambda: a**exponent), 0
+        if a == 0:
+            raise self._refused(node, "a power of zero")
+        return a ** _exact(exponent), self._degree(node, degree * max(abs(exponent), 1.0))
+
+    def _degree(self, node: ast.expr, degree: float) -> float:
+        if degree > LARGEST_DEGREE:
+            raise self._refused(node, f"its degree is above {LARGEST_DEGREE}")
+        return degree
+
+    def _called(self, node: ast.Call, name: str, arguments: list[tuple[Any, float]]) -> tuple[Any, float]:
+        import sympy
+
+        wanted = 1 if name in FUNCTIONS else 2 if name in TWO_ARGUMENTS else 0
+        if not wanted:
+            raise self._refused(node, f"{name}() is not known here")
+        if len(arguments) != wanted:
+            raise self._refused(node, f"{name}() takes {wanted} argument{'s' if wanted > 1 else ''}")
+        values = [value for value, _degree in arguments]
+        if all(isinstance(value, float) for value in values):
+            return self._finite(node, lambda: (FUNCTIONS | TWO_ARGUMENTS)[name](*values)), 0
+        return getattr(sympy, name)(*map(_exact, values)), max(degree for _value, degree in arguments)
+
+
+def _exact(value: Any) -> Any:
+    """A float as SymPy's whole number, half or float, so that x**2.0 is x²; an expression as it is."""
+    import sympy
+
+    if not isinstance(value, float):
+        return value
+    if (2 * value).is_integer() and abs(value) < LARGEST_WHOLE:
+        return sympy.Rational(int(2 * value), 2)
+    return sympy.Float(value)
+
+
+def _said(node: ast.expr) -> str:
+    """What a part that is not allowed is, in a user's words."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor):
+        return "^ is not known here: a power is **"
+    words = {ast.Call: "this call", ast.Attribute: "a dot", ast.Subscript: "brackets", ast.Constant: "this value"}
+    words |= {ast.Compare: "a comparison: give phi itself, the surface is where it is 0"}
+    return f"{words.get(type(node), 'this')} is not allowed"

@@ -1,7 +1,7 @@
-"""Time step and frames of surface-bound filaments (model §3, "Time"; thesis 5.52, 5.53, D.74, D.81, D.82).
+"""Frames of surface-bound filaments (model §3, "Time"; thesis 5.52, 5.53, D.74, D.81, D.82).
 
-Ω by SBDF2 in increments; the middle node's frame by AB2-Magnus; the other frames outwards from it, each
-projected to the surface once. A rod whose increment is not finite keeps its last state and gets a status.
+The frame of the middle node by AB2-Magnus (a clamped end's stays); the others outwards from it, each projected to
+the surface once.
 """
 
 import functools
@@ -9,80 +9,17 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from .bound_rod import Filaments, scalars, spin, strain, velocity_along
+from .bound_rod import spin, strain
+from .bound_state import Filaments
+from .bound_step import OFF_SURFACE, WELL, History, node_velocity
 from .layout import real
 from .lie import advance, advance_along
 from .surface import Parameters, curvature, frame, normal, to_surface, to_tangent
 
 wp.set_module_options({"enable_backward": False})
 
-WELL = 0
-NOT_FINITE = 1
-OFF_SURFACE = 2
-
 FAR = wp.constant(real(1.0e-3))
 """A middle node that one Newton step must move by more than this share of Δs has left its surface."""
-
-
-@wp.struct
-class History:
-    """What the two-step scheme remembers, and its clock."""
-
-    pace: wp.array(dtype=wp.vec2d)  # one element: Δt, and its ratio to the step before (0: there was none)
-    clock: wp.array(dtype=wp.float64)  # one element: t
-    geodesic: scalars  # Ω one step ago
-    rate: scalars  # ∂Ω/∂t one step ago
-    increment: scalars  # δ = Ωⁿ⁺¹ − Ω*
-    spin: wp.array(dtype=wp.vec3d)  # ω of the middle node one step ago
-    velocity: wp.array(dtype=wp.vec3d)  # u of the middle node one step ago
-    failed_at: wp.array(dtype=wp.float64)  # t at which the status was set
-
-
-@wp.kernel
-def increment_right_hand_side(f: Filaments, past: History):
-    """Δt((1 + w) R − w R_old) − w(Ω − Ω_old), w the ratio of steps; Euler at w = 0."""
-    rod, i = wp.tid()
-    dt = past.pace[0][0]
-    w = past.pace[0][1]
-    extrapolated = (real(1.0) + w) * f.rate[rod, i] - w * past.rate[rod, i]
-    past.increment[rod, i] = dt * extrapolated - w * (f.geodesic[rod, i] - past.geodesic[rod, i])
-
-
-@wp.func
-def middle_velocity(f: Filaments, rod: int, middle: int) -> wp.vec3d:
-    return wp.vec3d(velocity_along(f, rod, middle), f.across[rod, middle], real(0.0))
-
-
-@wp.kernel
-def judge(f: Filaments, past: History, middle: int):
-    """Freeze a rod whose next state would not be finite."""
-    rod = wp.tid()
-    total = wp.length(spin(f, rod, middle)) + wp.length(middle_velocity(f, rod, middle))
-    for i in range(f.geodesic.shape[1]):
-        total += wp.abs(past.increment[rod, i])
-    if f.status[rod] == WELL and not wp.isfinite(total):
-        f.status[rod] = NOT_FINITE
-        past.failed_at[rod] = past.clock[0]
-
-
-@wp.kernel
-def advance_geodesic(f: Filaments, past: History):
-    """Ωⁿ⁺¹ = Ω + w(Ω − Ω_old) + δ; history moved on."""
-    rod, i = wp.tid()
-    if f.status[rod] != WELL:
-        return
-    now = f.geodesic[rod, i]
-    f.geodesic[rod, i] = now + past.pace[0][1] * (now - past.geodesic[rod, i]) + past.increment[rod, i]
-    past.geodesic[rod, i] = now
-    past.rate[rod, i] = f.rate[rod, i]
-
-
-@wp.kernel
-def tick(past: History):
-    """t += Δt; from now on the step before is as long as this one."""
-    dt = past.pace[0][0]
-    past.clock[0] = past.clock[0] + dt
-    past.pace[0] = wp.vec2d(dt, real(1.0))
 
 
 @wp.func
@@ -148,7 +85,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         settle(f, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def advance_middle(f: Filaments, past: History, parameters: wp.array(dtype=Parameters), middle: int):
+    def advance_middle(f: Filaments, past: History, parameters: wp.array(dtype=Parameters)):
         """The middle frame over one step by AB2-Magnus, and onto the surface.
 
         Two Newton steps: the first leaves an error of second order in a step that may be long at the start.
@@ -156,10 +93,11 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         rod = wp.tid()
         if f.status[rod] != WELL:
             return
+        middle = f.anchor
         dt = past.pace[0][0]
         ratio = past.pace[0][1]
         omega = spin(f, rod, middle)
-        u = middle_velocity(f, rod, middle)
+        u = node_velocity(f, rod, middle)
         omega_mean = extrapolate(omega, past.spin[rod], ratio)
         u_mean = extrapolate(u, past.velocity[rod], ratio)
         past.spin[rod] = omega

@@ -2,7 +2,8 @@
 
 import warp as wp
 
-from .bound_rod import Filaments, scalars, spin, vectors
+from .bound_rod import spin
+from .bound_state import Filaments, scalars, vectors
 from .layout import real
 from .stencils import derivative
 from .surface import gaussian

@@ -12,50 +12,20 @@ u2 is eliminated from the first line at half nodes and from the last at nodes: o
 
 import warp as wp
 
+from .bound_state import Filaments
 from .layout import real
 from .stencils import (
     derivative,
     half_average,
     half_difference,
+    second_derivative,
     second_derivative_at_end,
     second_derivative_at_start,
     second_difference,
-    trapezoid_weight,
 )
 from .surface import gaussian
 
 wp.set_module_options({"enable_backward": False})
-
-scalars = wp.array2d(dtype=wp.float64)
-vectors = wp.array2d(dtype=wp.vec3d)
-
-
-@wp.struct
-class Filaments:
-    """The arrays of one ensemble: parameters per rod, state and workspace per node [rod, node]."""
-
-    spacing: wp.array(dtype=wp.float64)  # Δs
-    stiffness: wp.array(dtype=wp.vec3d)  # B: twist, normal bending, geodesic bending
-    intrinsic: wp.array(dtype=wp.vec3d)  # σ
-    drag: wp.array(dtype=wp.vec3d)  # ζ∥, ζ⊥, ζr
-    status: wp.array(dtype=wp.int32)  # 0: well; else frozen, see health
-
-    geodesic: scalars  # Ω
-    curvature: vectors  # K11, K12, K22 in the pair (q, n×q)
-    rotation: wp.array2d(dtype=wp.mat33d)  # columns q, n×q, n
-    position: vectors  # r
-    force: vectors  # external force per length, in space
-
-    moment: vectors  # m = B(Ω − σ)
-    shear: scalars  # K11 m1 + K12 m2
-    load: scalars  # Y2
-    to_left: scalars  # u1 at i + 1/2 is to_left λ_i + to_right λ_(i+1) + remainder
-    to_right: scalars
-    remainder: scalars
-    tension: scalars  # λ
-    along: scalars  # u1, half nodes
-    across: scalars  # u2
-    rate: scalars  # ∂Ω/∂t
 
 
 @wp.func
@@ -89,16 +59,23 @@ def coupling(K: wp.vec3d, drag: wp.vec3d) -> real:
 
 
 @wp.func
-def moment_curvature(moment: vectors, K: vectors, rod: int, i: int, h: real) -> wp.vec3d:
+def is_clamped(f: Filaments, i: int) -> bool:
+    """Whether node i is a clamped end."""
+    last = f.geodesic.shape[1] - 1
+    return (i == 0 and f.start_clamped == 1) or (i == last and f.end_clamped == 1)
+
+
+@wp.func
+def moment_curvature(f: Filaments, rod: int, i: int) -> wp.vec3d:
     """m'' with the free ends' slope of m3 (D.60); only its last component is used."""
-    last = moment.shape[1] - 1
-    if i == 0:
-        slope = end_slope(K[rod, 0], moment[rod, 0])
-        return second_derivative_at_start(moment, rod, wp.vec3d(real(0.0), real(0.0), slope), h)
-    if i == last:
-        slope = end_slope(K[rod, last], moment[rod, last])
-        return second_derivative_at_end(moment, rod, wp.vec3d(real(0.0), real(0.0), slope), h)
-    return second_difference(moment, rod, i) / (h * h)
+    last = f.geodesic.shape[1] - 1
+    h = f.spacing[rod]
+    slope = wp.vec3d(real(0.0), real(0.0), end_slope(f.curvature[rod, i], f.moment[rod, i]))
+    if i == 0 and f.start_clamped == 0:
+        return second_derivative_at_start(f.moment, rod, slope, h)
+    if i == last and f.end_clamped == 0:
+        return second_derivative_at_end(f.moment, rod, slope, h)
+    return second_derivative(f.moment, rod, i, h)
 
 
 @wp.func
@@ -108,7 +85,7 @@ def transverse_load(f: Filaments, rod: int, i: int) -> real:
     K = f.curvature[rod, i]
     m = f.moment[rod, i]
     dm = derivative(f.moment, rod, i, h)
-    ddm = moment_curvature(f.moment, f.curvature, rod, i, h)
+    ddm = moment_curvature(f, rod, i)
     f2 = wp.dot(wp.transpose(f.rotation[rod, i]) * f.force[rod, i], wp.vec3d(real(0.0), real(1.0), real(0.0)))
     turning = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[rod, i] + gaussian(K) * m[2]
     return -ddm[2] - turning - derivative(f.shear, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + f2
@@ -138,8 +115,10 @@ def velocity_along(f: Filaments, rod: int, i: int) -> real:
 
 @wp.func
 def velocity_across(f: Filaments, rod: int, i: int) -> real:
-    """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at an end together with u1' = Ω u2 over the last half step."""
+    """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at a free end together with u1' = Ω u2 over the last half step."""
     last = f.geodesic.shape[1] - 1
+    if is_clamped(f, i):
+        return real(0.0)
     K = f.curvature[rod, i]
     pull = (f.geodesic[rod, i] * f.tension[rod, i] + f.load[rod, i]) / transverse_drag(K, f.drag[rod])
     ratio = coupling(K, f.drag[rod])
@@ -153,17 +132,24 @@ def velocity_across(f: Filaments, rod: int, i: int) -> real:
 
 @wp.func
 def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
-    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' u1 (D.27); a free end keeps Ω = σ3."""
+    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27); a free end keeps Ω = σ3.
+
+    Nodes stay at fixed shares x of a length L that may grow: they move along the material. A clamped end holds
+    u2 = u2' = 0: the velocity beyond it is the mirror image.
+    """
     last = f.geodesic.shape[1] - 1
-    if i == 0 or i == last:
-        return real(0.0)
     h = f.spacing[rod]
+    if i == 0:
+        return real(2 * f.start_clamped) * f.across[rod, 1] / (h * h)
+    if i == last:
+        return real(2 * f.end_clamped) * f.across[rod, last - 1] / (h * h)
+    sweep = f.growth_rate[rod] * real(i - f.anchor) / real(last)
     turn = f.geodesic[rod, i]
     bend = second_difference(f.across, rod, i) / (h * h)
     return (
         bend
         + (turn * turn + gaussian(f.curvature[rod, i])) * f.across[rod, i]
-        + derivative(f.geodesic, rod, i, h) * velocity_along(f, rod, i)
+        + derivative(f.geodesic, rod, i, h) * (velocity_along(f, rod, i) + sweep)
     )
 
 
@@ -212,30 +198,6 @@ def tangential_rows(f: Filaments):
 
 
 @wp.kernel
-def tension_rows(f: Filaments, lower: scalars, diagonal: scalars, upper: scalars, right: scalars):
-    """Rows of u1' − Ω u2 = 0 in λ at inner nodes; λ given at free ends (D.61)."""
-    rod, i = wp.tid()
-    K = f.curvature[rod, i]
-    last = f.geodesic.shape[1] - 1
-    if i == 0 or i == last:
-        lower[rod, i] = real(0.0)
-        upper[rod, i] = real(0.0)
-        diagonal[rod, i] = real(1.0)
-        right[rod, i] = end_tension(K, f.moment[rod, i])
-        return
-    h = f.spacing[rod]
-    turn = f.geodesic[rod, i]
-    mobility = turn / transverse_drag(K, f.drag[rod])
-    lean = real(0.5) * turn * coupling(K, f.drag[rod])
-    ahead = real(1.0) / h + lean
-    behind = real(1.0) / h - lean
-    lower[rod, i] = -behind * f.to_left[rod, i - 1]
-    diagonal[rod, i] = ahead * f.to_left[rod, i] - behind * f.to_right[rod, i - 1] - mobility * turn
-    upper[rod, i] = ahead * f.to_right[rod, i]
-    right[rod, i] = mobility * f.load[rod, i] - ahead * f.remainder[rod, i] + behind * f.remainder[rod, i - 1]
-
-
-@wp.kernel
 def velocities_along(f: Filaments):
     """u1 at half nodes."""
     rod, i = wp.tid()
@@ -259,74 +221,3 @@ def rates(f: Filaments):
     """∂Ω/∂t at nodes."""
     rod, i = wp.tid()
     f.rate[rod, i] = geodesic_rate(f, rod, i)
-
-
-@wp.kernel
-def bending_rows(
-    f: Filaments,
-    pace: wp.array(dtype=wp.vec2d),
-    lower2: scalars,
-    lower: scalars,
-    diagonal: scalars,
-    upper: scalars,
-    upper2: scalars,
-):
-    """Rows of c − Δt L, L = −∂²(B3/Z22)∂², with the increment and its slope zero at free ends."""
-    rod, i = wp.tid()
-    last = f.geodesic.shape[1] - 1
-    dt = pace[0][0]
-    ratio = pace[0][1]
-    c = (real(1.0) + real(2.0) * ratio) / (real(1.0) + ratio)
-    h2 = f.spacing[rod] * f.spacing[rod]
-    g0 = real(0.0)
-    g1 = real(0.0)
-    g2 = real(0.0)
-    if i > 0 and i < last:
-        scale = dt * f.stiffness[rod][2] / (h2 * h2)
-        g0 = scale / transverse_drag(f.curvature[rod, i - 1], f.drag[rod])
-        g1 = scale / transverse_drag(f.curvature[rod, i], f.drag[rod])
-        g2 = scale / transverse_drag(f.curvature[rod, i + 1], f.drag[rod])
-    diagonal[rod, i] = c + g0 + real(4.0) * g1 + g2
-    lower[rod, i] = real(-2.0) * (g0 + g1)
-    upper[rod, i] = real(-2.0) * (g1 + g2)
-    lower2[rod, i] = g0
-    upper2[rod, i] = g2
-    # The increment's second difference at an end node is 2 δ1/h²: its mirror image lies beyond the end.
-    if i == 1:
-        diagonal[rod, i] += g0
-    if i == last - 1:
-        diagonal[rod, i] += g2
-
-
-@wp.func
-def elastic_density(f: Filaments, rod: int, i: int) -> real:
-    """½ Σ B (Ω − σ)², energy per length."""
-    bend = strain(f.curvature[rod, i], f.geodesic[rod, i]) - f.intrinsic[rod]
-    return real(0.5) * wp.dot(wp.cw_mul(f.stiffness[rod], bend), bend)
-
-
-@wp.func
-def dissipation_density(f: Filaments, rod: int, i: int) -> real:
-    """ζ∥ u1² + ζ⊥ u2² + ζr ω0², power per length."""
-    u = wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], spin(f, rod, i)[0])
-    return wp.dot(f.drag[rod], wp.cw_mul(u, u))
-
-
-@wp.kernel
-def energies(
-    f: Filaments, density: scalars, energy: wp.array(dtype=wp.float64), dissipation: wp.array(dtype=wp.float64)
-):
-    """Elastic energy, its density at nodes, and dissipated power of each rod; trapezoid rule."""
-    rod = wp.tid()
-    h = f.spacing[rod]
-    nodes = f.geodesic.shape[1]
-    E = real(0.0)
-    D = real(0.0)
-    for i in range(nodes):
-        e = elastic_density(f, rod, i)
-        w = trapezoid_weight(i, nodes, h)
-        density[rod, i] = e
-        E += w * e
-        D += w * dissipation_density(f, rod, i)
-    energy[rod] = E
-    dissipation[rod] = D

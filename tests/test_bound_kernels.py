@@ -20,7 +20,7 @@ from bound_cases import (
 from numpy.polynomial import Chebyshev
 from reference_bound_step import rebuild, step
 
-from warp_rods.kernels import bound_rod
+from warp_rods.kernels import bound_rows
 
 NODES = 33
 KINDS = ("torus", "cassini")
@@ -89,8 +89,8 @@ def test_implicit_matrix_agrees_with_twin(evaluated, device, ratio):
     rods, twins = evaluated
     dt = 2e-3
     pace = wp.array([[dt, ratio]], dtype=wp.vec2d, device=device)
-    wp.launch(bound_rod.bending_rows, (rods.count, NODES), inputs=[rods._f, pace, *rods._bands], device=device)
-    bands = [band.numpy() for band in rods._bands]
+    wp.launch(bound_rows.bending_rows, (rods.count, NODES), inputs=[rods._f, pace, *rods._arrays.bands], device=device)
+    bands = [band.numpy() for band in rods._arrays.bands]
     for b, (rod, _state, motion) in enumerate(twins):
         matrix = twin.implicit_matrix(rod, motion.curvature, dt, ratio).toarray()
         for offset, band in zip(range(-2, 3), bands, strict=True):

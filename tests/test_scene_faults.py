@@ -73,11 +73,9 @@ def faults(scene) -> list[str]:
         ({"filaments__drag": [1, 2, -0.1]}, "filaments[0].drag[2] = -0.1: must be 3 numbers"),
         ({"filaments__drag": [0, 2, 0]}, "filaments[0].drag[0] = 0: must be 3 numbers"),
         ({"filaments__ends": ["free", "loose"]}, 'filaments[0].ends[1] = "loose": must be a pair such as'),
-        ({"filaments__ends": ["clamped", "free"]}, '"clamped" is not available yet'),
-        (
-            {"filaments__growth": {"rate": 0.05, "until": 2.0}},
-            "filaments[0].growth: growth is not available yet",
-        ),
+        ({"filaments__ends": ["clamped"]}, "filaments[0].ends"),
+        ({"filaments__growth": {"rate": 0.05}}, "filaments[0].growth: must be { rate, until } or { time, length }"),
+        ({"filaments__growth": {"rate": 1, "until": -1}}, "filaments[0].growth.until = -1: must be a positive number"),
         (
             {"filaments__placement": "randon"},
             'filaments[0].placement = "randon": must be "random" or a table',

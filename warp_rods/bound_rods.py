@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import warp as wp
-from scipy.spatial.transform import Rotation
+from scipy.interpolate import CubicSpline
 
-from warp_rods.kernels import bound_frames, bound_load, bound_rod
-from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
-from warp_rods.kernels.layout import per_node, per_rod, to_host
+from warp_rods import growth as growing
+from warp_rods.bound_arrays import allocate
+from warp_rods.bound_checks import check
+from warp_rods.bound_launches import BoundLaunches
+from warp_rods.errors import SceneError
+from warp_rods.kernels import bound_step
+from warp_rods.kernels.layout import to_host
 from warp_rods.per_rod import each_rod
-from warp_rods.recorded import Recorded
 from warp_rods.surfaces import Surface
 from warp_rods.variables import FILAMENT_VARIABLES
 
-STATE = ("geodesic", "curvature", "rotation", "position", "status")
+STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate")
 HISTORY = ("pace", "clock", "geodesic", "rate", "spin", "velocity", "failed_at")
-VECTORS = ("curvature", "position", "force", "moment")
-SCALARS = (
-    *("geodesic", "shear", "load", "to_left", "to_right", "remainder"),
-    *("tension", "along", "across", "rate"),
-)
+PARAMETERS = ("length", "stiffness", "intrinsic", "drag")
 STATUS = {
-    bound_frames.WELL: "well",
-    bound_frames.NOT_FINITE: "became non-finite",
-    bound_frames.OFF_SURFACE: "left its surface",
+    bound_step.WELL: "well",
+    bound_step.NOT_FINITE: "became non-finite",
+    bound_step.OFF_SURFACE: "left its surface",
+    bound_step.TOO_BENT: "was about to bend by more than half a turn a cell",
+    bound_step.TOO_FAST: "was about to move by more than its length in a step",
 }
 
 
@@ -36,7 +38,9 @@ class BoundRods:
     surface: from ``surfaces.make``. position, direction [rod, 3]: middle node (or ``at = "start"``, the first)
     and tangent there, projected to the surface and its tangent plane. geodesic_curvature [rod, node] or a number.
     length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or
-    one a rod. Both ends are free: m3 = 0, (D.59)-(D.61). Lengths, forces and times in units of your choice.
+    one a rod. ends: "free" (D.59-D.61) or "clamped" for the first and last node. growth: see ``growth.knots``; tips
+    grow, a clamped end stays; nodes stay at fixed shares of the length. Lengths, forces, times in units of your choice.
+    Raises SceneError for impossible parameters, fewer than 9 nodes, a direction that is normal to the surface.
     """
 
     saved = FILAMENT_VARIABLES
@@ -54,8 +58,11 @@ class BoundRods:
         drag: Any = (1.0, 2.0, 0.1),
         geodesic_curvature: Any = 0.0,
         at: str = "middle",
+        ends: tuple[str, str] = ("free", "free"),
+        growth: Mapping[str, Any] | None = None,
         device=None,
     ):
+        position, direction = (np.asarray(given, dtype=float) for given in (position, direction))
         self.surface, self.nodes, self.count = surface, nodes, len(position)
         self.device = wp.get_device(device)
         self.middle = nodes // 2
@@ -63,48 +70,48 @@ class BoundRods:
         self.stiffness = each_rod(stiffness, self.count, 3)
         self.intrinsic = each_rod(intrinsic, self.count, 3)
         self.drag = each_rod(drag, self.count, 3)
+        self.clamped = (ends[0] == "clamped", ends[1] == "clamped")
+        check(self, position, direction, at, ends)
+        self.growth = growing.knots(growth, self.length)
+        self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
         self.time = self._dt = 0.0
+        self._saved_nodes = nodes
         self._allocate()
         self._place(position, direction, geodesic_curvature, 0 if at == "start" else self.middle)
-        self._evaluate = Recorded(self._launch_evaluate, self.device)
-        self._advance = Recorded(self._launch_advance, self.device)
-        self._measure = Recorded(self._launch_measure, self.device)
 
     def _allocate(self) -> None:
-        shape, device = (self.count, self.nodes), self.device
-        f, past = bound_rod.Filaments(), bound_frames.History()
-        f.spacing = wp.array(self.length / (self.nodes - 1), dtype=wp.float64, device=device)
-        for name in ("stiffness", "intrinsic", "drag"):
-            setattr(f, name, wp.array(getattr(self, name), dtype=wp.vec3d, device=device))
-        f.status = per_rod(self.count, wp.int32, device)
-        f.rotation = per_node(*shape, wp.mat33d, device)
-        for name in VECTORS:
-            setattr(f, name, per_node(*shape, wp.vec3d, device))
-        for name in SCALARS:
-            setattr(f, name, per_node(*shape, wp.float64, device))
-        past.pace = per_rod(1, wp.vec2d, device)
-        past.clock = per_rod(1, wp.float64, device)
-        past.spin, past.velocity = per_rod(self.count, wp.vec3d, device), per_rod(self.count, wp.vec3d, device)
-        past.failed_at = per_rod(self.count, wp.float64, device)
-        past.geodesic, past.rate, past.increment = (per_node(*shape, wp.float64, device) for _ in range(3))
-        self._f, self._past = f, past
-        self._bands = [per_node(*shape, wp.float64, device) for _ in range(5)]
-        self._right = per_node(*shape, wp.float64, device)
-        self._work = per_node(*shape, wp.vec2d, device)
-        self._work1 = per_node(*shape, wp.float64, device)
-        self._shear3 = per_node(*shape, wp.float64, device)
-        self._out = {name: per_rod(self.count, wp.float64, device) for name in ("energy", "dissipation", "gauss")}
-        self._out["energy_density"] = per_node(*shape, wp.float64, device)
-        self._out["load"] = per_node(*shape, wp.vec3d, device)
-        self._out["residuals"] = per_rod(self.count, wp.vec3d, device)
-        self._parameters = self.surface.device_parameters(device)
-        self._on_surface = bound_frames.on_surface(self.surface.field)
+        parameters = {name: getattr(self, name) for name in PARAMETERS}
+        self._arrays = allocate(parameters, self.nodes, self.clamped, self.growth, self.device)
+        self._f, self._past = self._arrays.f, self._arrays.past
+        self._run = BoundLaunches(self._arrays, self.surface)
+
+    def refine(self) -> None:
+        """Put a node between each two: shape and history by cubic splines, so that the next steps keep their order."""
+        state, coarse = self.state(), np.linspace(0.0, 1.0, self.nodes)
+        self.nodes = 2 * self.nodes - 1
+        self.middle = self.nodes // 2
+        fine = np.linspace(0.0, 1.0, self.nodes)
+        for name in ("geodesic", "past_geodesic", "past_rate"):
+            state[name] = CubicSpline(coarse, state[name], axis=1)(fine)
+        for name in ("position", "rotation", "curvature"):
+            state[name] = np.repeat(state[name], 2, axis=1)[:, :-1]
+        state["spacing"] = state["spacing"] / 2
+        self._allocate()
+        self._assign(state)
+        self._run.place(self._f.anchor)
+
+    def _refine_if_coarse(self, until: float) -> None:
+        """Refine before a step to the time ``until`` would leave Δs above what the growth allows."""
+        if self.largest_spacing < np.inf:
+            while (growing.length_at(self.growth, until) / (self.nodes - 1) > self.largest_spacing).any():
+                self.refine()
 
     def _place(self, position, direction, geodesic_curvature, node: int) -> None:
         """The frame at one node from what the user gave, then the others outwards."""
         shape, f = (self.count, self.nodes), self._f
         turn = np.broadcast_to(np.asarray(geodesic_curvature, dtype=float), shape).copy()
-        turn[:, [0, -1]] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
+        free = [end for end, clamped in zip((0, -1), self.clamped, strict=True) if not clamped]
+        turn[:, free] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
         r, R = np.zeros((*shape, 3)), np.zeros((*shape, 3, 3))
         r[:, node] = position
         R[:, node, :, 0] = direction
@@ -112,57 +119,21 @@ class BoundRods:
         f.position.assign(r)
         f.rotation.assign(R)
         self._past.geodesic.assign(turn)
-        self._launch(self._on_surface.place, self.count, f, self._parameters, node)
-        self._launch(self._on_surface.rebuild, (self.count, 2), f, self._parameters, node)
-
-    def _launch(self, kernel, dim, *inputs) -> None:
-        wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
-
-    def _launch_evaluate(self) -> None:
-        """Velocities and rates of the present shape under the present forces."""
-        f, grid = self._f, (self.count, self.nodes)
-        lower, diagonal, upper = self._bands[:3]
-        self._launch(bound_rod.moments, grid, f)
-        self._launch(bound_rod.transverse_loads, grid, f)
-        self._launch(bound_rod.tangential_rows, grid, f)
-        self._launch(bound_rod.tension_rows, grid, f, lower, diagonal, upper, self._right)
-        self._launch(solve_tridiagonal, self.count, lower, diagonal, upper, self._right, self._work1, f.tension)
-        self._launch(bound_rod.velocities_along, grid, f)
-        self._launch(bound_rod.velocities_across, grid, f)
-        self._launch(bound_rod.rates, grid, f)
-
-    def _launch_advance(self) -> None:
-        """One step of what ``evaluate`` left."""
-        f, past, grid, surface = self._f, self._past, (self.count, self.nodes), self._on_surface
-        self._launch(bound_rod.bending_rows, grid, f, past.pace, *self._bands)
-        self._launch(bound_frames.increment_right_hand_side, grid, f, past)
-        self._launch(solve_pentadiagonal, self.count, *self._bands, past.increment, self._work, past.increment)
-        self._launch(bound_frames.judge, self.count, f, past, self.middle)
-        self._launch(surface.advance_middle, self.count, f, past, self._parameters, self.middle)
-        self._launch(bound_frames.advance_geodesic, grid, f, past)
-        self._launch(surface.rebuild, (self.count, 2), f, self._parameters, self.middle)
-        self._launch(bound_frames.tick, 1, past)
-
-    def _launch_measure(self) -> None:
-        """What only a saved frame needs, of the state that ``evaluate`` left."""
-        f, out, grid = self._f, self._out, (self.count, self.nodes)
-        self._launch(
-            bound_rod.energies, self.count, f, out["energy_density"], out["energy"], out["dissipation"]
-        )
-        self._launch(bound_load.normal_shears, grid, f, self._shear3)
-        self._launch(bound_load.membrane_loads, grid, f, self._shear3, out["load"])
-        self._launch(bound_load.midpoint_gauss, self.count, f, self.middle, out["gauss"])
-        self._launch(self._on_surface.residuals, self.count, f, self._parameters, out["residuals"])
+        f.growth_rate.assign(growing.rate_at(self.growth, 0.0))
+        self._run.place(node)
 
     def step(self, dt: float, steps: int = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order (SBDF2, AB2-Magnus).
 
         A change of ``dt`` keeps the order: the coefficients follow the ratio of the steps.
         """
+        if not dt > 0:
+            raise SceneError(f"dt = {dt}: must be positive")
         self.set_step(dt)
         for _ in range(steps):
-            self._evaluate()
-            self._advance()
+            self._refine_if_coarse(self.time + dt)
+            self._run.evaluate()
+            self._run.advance()
             self.time += dt
 
     def set_step(self, dt: float) -> None:
@@ -173,7 +144,7 @@ class BoundRods:
 
     def evaluate(self) -> None:
         """Make tension, velocities and rates those of the present shape and force."""
-        self._evaluate()
+        self._run.evaluate()
 
     @property
     def position_array(self) -> wp.array:
@@ -225,36 +196,34 @@ class BoundRods:
         """0 while a rod is well [rod]; else a key of ``STATUS``."""
         return to_host(self._f.status)
 
-    @property
-    def orientation(self) -> np.ndarray:
-        """Directors as quaternions x, y, z, w [rod, node, 4]."""
-        return Rotation.from_matrix(self.rotation.reshape(-1, 3, 3)).as_quat().reshape(self.count, self.nodes, 4)
-
     def variables(self) -> dict[str, np.ndarray]:
         """The present state as the trajectory keeps it: names and shapes of ``saved``, without the steric energy."""
-        f, out = self._f, self._out
-        self._evaluate()
-        self._measure()
+        f, out = self._f, self._arrays.out
+        self._run.evaluate()
+        self._run.measure()
+        every = (self.nodes - 1) // (self._saved_nodes - 1)  # a refined ensemble is saved at the nodes it began with
         constraint, orthogonality, arc_length = to_host(out["residuals"]).T
         return {
-            "position": self.position,
-            "strain": self.strain,
-            "orientation": self.orientation,
-            "tension": to_host(f.tension),
-            "energy_density": to_host(out["energy_density"]),
+            "position": self.position[:, ::every],
+            "strain": self.strain[:, ::every],
+            "orientation": to_host(out["orientation"])[:, ::every],
+            "tension": to_host(f.tension)[:, ::every],
+            "energy_density": to_host(out["energy_density"])[:, ::every],
             "energy": to_host(out["energy"]),
             "dissipation": to_host(out["dissipation"]),
+            "growth_power": to_host(out["growth_power"]),
+            "length": to_host(f.spacing) * (self.nodes - 1),
             "status": self.status,
             "gauss": to_host(out["gauss"]),
-            "load": to_host(out["load"]),
+            "load": to_host(out["load"])[:, ::every],
             "constraint": constraint,
             "orthogonality": orthogonality,
             "arc_length": arc_length,
         }
 
     def static(self) -> dict[str, np.ndarray]:
-        """What the trajectory keeps once: names of ``variables.STATIC``."""
-        return {"length": self.length}
+        """What the trajectory keeps once [rod, 3]: not the length, as filaments may grow."""
+        return {"stiffness": self.stiffness, "intrinsic": self.intrinsic}
 
     def state(self) -> dict[str, np.ndarray]:
         """All that the next step depends on; ``restore`` goes on from it to the same bits."""
@@ -264,6 +233,11 @@ class BoundRods:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go back to a ``state`` of an ensemble of the same shape and parameters."""
+        while self.nodes < state["geodesic"].shape[1]:
+            self.refine()
+        self._assign(state)
+
+    def _assign(self, state: dict[str, np.ndarray]) -> None:
         for name in STATE:
             getattr(self._f, name).assign(state[name])
         for name in HISTORY:
@@ -277,5 +251,4 @@ class BoundRods:
 
     def parameters(self, rod: int) -> dict[str, Any]:
         """What distinguishes one rod, to name it by."""
-        names = ("length", "stiffness", "intrinsic", "drag")
-        return {name: getattr(self, name)[rod].tolist() for name in names}
+        return {name: getattr(self, name)[rod].tolist() for name in PARAMETERS}

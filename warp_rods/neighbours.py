@@ -46,6 +46,11 @@ class Neighbours:
         self._grid.reserve(self._first[-1])
         self.apply = Recorded(self._launch, self._device)
 
+    @property
+    def stale(self) -> bool:
+        """Whether an ensemble has other nodes than when this was built: then build it anew."""
+        return self._first != [0, *np.cumsum([e.count * e.nodes for e in self._ensembles]).tolist()]
+
     def _allocate(self, points: int) -> steric.Cloud:
         cloud = steric.Cloud()
         for name in ("position", "force"):

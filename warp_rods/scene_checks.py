@@ -130,6 +130,20 @@ def number_each(rule: str) -> PlainValidator:
     return PlainValidator(check)
 
 
+def numbers(rule: str) -> PlainValidator:
+    """Validator of a list of numbers."""
+
+    def check(value: Any) -> tuple[float, ...]:
+        faults: Faults = []
+        if not isinstance(value, (list, tuple)):
+            refuse([wrong((), value)])
+        read = tuple(number(v, rule, (i,), faults) for i, v in enumerate(value))
+        _refuse_list(value, faults)
+        return read
+
+    return PlainValidator(check)
+
+
 def _all_rows(value: Any, rules: tuple[str, ...], faults: Faults) -> tuple[tuple[float, ...], ...]:
     return tuple(row(v, rules, (i,), faults) for i, v in enumerate(value))
 

@@ -13,6 +13,7 @@ from .scene_checks import (
     a_number,
     fault,
     number_each,
+    numbers,
     point_each,
     refuse,
     rows_each,
@@ -30,8 +31,10 @@ ZeroOrMoreEach = Annotated[NumberEach, number_each("zero or more")]
 Positive = Annotated[float, a_number("positive")]
 
 EACH = ", or a list with one for each rod"
-NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
-NAME_WORDS = "a name of letters, digits and _, that starts with a letter"
+NAME = r"^[A-Za-z][A-Za-z0-9_]{0,63}$"
+NAME_WORDS = "a name of at most 64 letters, digits and _, that starts with a letter"
+MOST = 10_000_000
+"""Nodes of one ensemble; more do not fit the memory of any machine in sight."""
 
 
 class Placement(Table):
@@ -52,10 +55,26 @@ class Placement(Table):
 
 
 class Growth(Table):
-    """Growth of the tip: rate in length per time, until the final length."""
+    """Growth of the tips: a rate in length per time until a final length, or lengths at times."""
 
-    rate: PositiveEach = Field(description="a positive number" + EACH)
-    until: PositiveEach = Field(description="a positive number" + EACH)
+    rate: PositiveEach | None = Field(default=None, description="a positive number" + EACH)
+    until: PositiveEach | None = Field(default=None, description="a positive number" + EACH)
+    start: ZeroOrMoreEach | None = Field(default=None, description="0 or a positive number" + EACH)
+    time: Annotated[tuple[float, ...], numbers("zero or more")] | None = Field(
+        default=None, description="a list of increasing times, with length"
+    )
+    length: Annotated[tuple[float, ...], numbers("positive")] | None = Field(
+        default=None, description="a list of lengths at the times in time"
+    )
+    spacing: Positive | None = Field(
+        default=None, description="a positive number: nodes are doubled before Δs would exceed it"
+    )
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        if raw.keys() - {"spacing", "start"} in ({"rate", "until"}, {"time", "length"}):
+            return []
+        return [fault((), raw, ": must be { rate, until } or { time, length }; start and spacing may be added")]
 
 
 def _placement(value: Any) -> Any:
@@ -64,18 +83,6 @@ def _placement(value: Any) -> Any:
     if not isinstance(value, dict):
         refuse([wrong((), value)])
     return Placement.model_validate(value)
-
-
-def not_yet_available(raw: dict[str, Any]) -> Faults:
-    """What the schema has and this release cannot run."""
-    later = "not available yet: it comes with the next release"
-    faults = []
-    if isinstance(raw.get("ends"), (list, tuple)) and "clamped" in raw["ends"]:
-        text = f' = {shown(raw["ends"])}: "clamped" is {later}; use ["free", "free"]'
-        faults.append(fault(("ends",), raw["ends"], text))
-    if raw.get("growth") is not None:
-        faults.append(fault(("growth",), raw["growth"], f": growth is {later}; leave it out"))
-    return faults
 
 
 def _lookup(raw: Any, path: tuple[str, ...]) -> Any:
@@ -104,8 +111,8 @@ class Filaments(Table):
     """An ensemble of filaments bound to the surface (model §3)."""
 
     name: str = Field(pattern=NAME, description=NAME_WORDS)
-    count: int = Field(ge=1, strict=True, description="a whole number, 1 or more")
-    nodes: int = Field(ge=9, strict=True, description="a whole number, 9 or more")
+    count: int = Field(ge=1, le=MOST, strict=True, description="a whole number, 1 or more, at most 10 million")
+    nodes: int = Field(ge=9, le=100_000, strict=True, description="a whole number, 9 or more, at most 100 000")
     length: PositiveEach = Field(description="a positive number" + EACH)
     stiffness: Annotated[VectorEach, vector_each(*["positive"] * 3)] = Field(
         description="3 positive numbers (twist, normal bending, geodesic bending)" + EACH
@@ -122,7 +129,7 @@ class Filaments(Table):
     placement: Annotated[Literal["random"] | Placement, BeforeValidator(_placement)] = Field(
         default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
     )
-    growth: Growth | None = Field(default=None, description="a table { rate, until }")
+    growth: Growth | None = Field(default=None, description="a table { rate, until } or { time, length }")
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -131,11 +138,10 @@ class Filaments(Table):
             *length_faults(
                 raw,
                 good,
-                ("length", "growth.rate", "growth.until", *placement),
+                ("length", "growth.rate", "growth.until", "growth.start", *placement),
                 vectors=("stiffness", "intrinsic", "drag"),
             ),
             *_node_faults(raw, good),
-            *not_yet_available(raw),
         ]
 
 
@@ -218,9 +224,9 @@ class Swimmers(Table):
     """An ensemble of active free rods (model §2), dimensionless as there."""
 
     name: str = Field(pattern=NAME, description=NAME_WORDS)
-    count: int = Field(ge=1, strict=True, description="a whole number, 1 or more")
+    count: int = Field(ge=1, le=MOST, strict=True, description="a whole number, 1 or more, at most 10 million")
     nodes: Annotated[int, AfterValidator(_odd)] = Field(
-        ge=17, strict=True, description="an odd whole number, 17 or more"
+        ge=17, le=100_000, strict=True, description="an odd whole number, 17 or more, at most 100 000"
     )
     bend: PositiveEach = Field(description="a positive number" + EACH)
     twist: PositiveEach = Field(description="a positive number" + EACH)

@@ -25,7 +25,16 @@ _NODE = ("frame", "rod", "node")
 _VECTOR = ("frame", "rod", "node", "axis")
 _QUATERNION = ("frame", "rod", "node", "quaternion")
 TIME = Variable(("frame",), "float64", "time", "time", "")
-STATIC = {"length": Variable(("rod",), "float64", "length", "length of the rod", "")}
+STATIC = {
+    "length": Variable(("rod",), "float64", "length", "length of the rod", ""),
+    "bend": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
+    "twist": Variable(("rod",), "float64", "1", "twisting stiffness β∥", "B∥/f*L³"),
+    "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
+    "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
+    "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
+    "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B: twist, normal and geodesic bending", "(5.28)"),
+    "intrinsic": Variable(("rod", "axis"), "float64", "1/length", "σ: the strains without elastic energy", "(5.28)"),
+}
 """What a group may keep that never changes."""
 ARC = Variable(("node",), "float64", "1", "arc length over rod length, from the middle", "")
 
@@ -51,6 +60,8 @@ _EVERY_ROD = {
 
 FILAMENT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
+    "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
+    "growth_power": Variable(_ROD, "float64", "force*length/time", "energy that growth brings in", "dL/dt e(tip)"),
     "gauss": Variable(_ROD, "float64", "1/length^2", "Gaussian curvature at the midpoint", "K11 K22 − K12²"),
     "load": Variable(
         _VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)"

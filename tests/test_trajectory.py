@@ -23,9 +23,9 @@ from warp_rods.trajectory import (
     open_run,
 )
 
-LENGTH = (Variable(("rod",), "float64", "length", "rod length", ""), np.array([0.5, 0.6, 0.7]))
+WIDTH = (Variable(("rod",), "float64", "length", "rod width", ""), np.array([0.5, 0.6, 0.7]))
 GROUPS = {
-    "sensors": GroupSpec(3, 9, FILAMENT_VARIABLES, {"length": LENGTH}),
+    "sensors": GroupSpec(3, 9, FILAMENT_VARIABLES, {"width": WIDTH}),
     "cell": GroupSpec(2, 17, SWIMMER_VARIABLES),
 }
 ATTRIBUTES = {"title": "two ensembles", "scene": "[time]\nend = 1.0\n", "seed": 7}
@@ -74,7 +74,7 @@ def test_round_trip_with_names_units_and_types(tmp_path):
     assert sensors.status.dtype == np.int32
     assert sensors.energy.attrs["units"] == "force*length"
     assert sensors.energy.attrs["source"]
-    np.testing.assert_array_equal(sensors.length, LENGTH[1])
+    np.testing.assert_array_equal(sensors["width"], WIDTH[1])
     np.testing.assert_allclose(sensors.s, np.linspace(-0.5, 0.5, 9), rtol=0, atol=1e-16)
     assert set(sensors.coords) == {"time", "s"}
     assert "activity" in run["cell"] and "gauss" not in run["cell"]

@@ -14,6 +14,7 @@ _HOME = {
     "export_usd": "warp_rods.usd",
     "open_run": "warp_rods.trajectory",
     "run": "warp_rods.runner",
+    "diagnostics": "",
     "errors": "",
     "modes": "",
     "stability": "",

@@ -1,4 +1,4 @@
-"""A membrane as triangles, for drawing: marching cubes, then Newton steps onto φ = 0."""
+"""A membrane as triangles (marching cubes, then Newton steps onto φ = 0), its curvatures and its area."""
 
 from __future__ import annotations
 
@@ -43,3 +43,47 @@ def _outward(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> 
     inward = facing < 0
     triangles = np.where(inward[:, None], triangles[:, ::-1], triangles)
     return triangles[np.abs(facing) > 1e-6 * longest]
+
+
+class Curvatures(NamedTuple):
+    """Curvatures of a surface at points: those of −∇n, n outward, so that a sphere has −1/R twice (5.16)."""
+
+    principal: np.ndarray
+    """[..., 2], 1/length, the lesser first."""
+    gaussian: np.ndarray
+    """𝒦 [...], 1/length²."""
+    mean: np.ndarray
+    """H = −∇·n/2 [...], 1/length."""
+
+
+def curvatures(surface: Surface, points: np.ndarray) -> Curvatures:
+    """The curvatures of a surface at points [..., 3] on it."""
+    K = surface.second_form(points)[2]
+    K11, K12, K22 = K[..., 0, 0], K[..., 0, 1], K[..., 1, 1]
+    mean, spread = (K11 + K22) / 2, np.hypot((K11 - K22) / 2, K12)
+    return Curvatures(np.stack([mean - spread, mean + spread], axis=-1), K11 * K22 - K12**2, mean)
+
+
+def area_mean(mesh: Mesh, values: np.ndarray) -> float:
+    """The mean over the area of values [v] at the points of a mesh, linear between them."""
+    return float(np.average(values[mesh.triangles].mean(axis=1), weights=_areas(mesh)))
+
+
+def area_below(mesh: Mesh, values: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Shares [n] of the area where values [v] at points of a mesh, linear between them, are below levels [n].
+
+    Cutting the triangles at the level makes this second order in their size; counting points is first order.
+    """
+    a, b, c = np.sort(values[mesh.triangles], axis=1).T
+    areas, shares = _areas(mesh), []
+    for level in levels:
+        with np.errstate(divide="ignore", invalid="ignore"):  # what is divided by zero is not selected
+            low, high = (level - a) ** 2 / ((b - a) * (c - a)), 1 - (c - level) ** 2 / ((c - b) * (c - a))
+        below = np.select([level <= a, level >= c, level < b], [0.0, 1.0, low], high)
+        shares.append(np.average(below, weights=areas))
+    return np.array(shares)
+
+
+def _areas(mesh: Mesh) -> np.ndarray:
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=-1) / 2

@@ -11,8 +11,6 @@ small are lost in its renderer.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +18,17 @@ import numpy as np
 import xarray as xr
 
 from .errors import RunFolderError
-from .membrane import triangulate
+from .membrane import Curvatures, curvatures, triangulate
 from .scene import Scene
 from .surfaces import make
 from .trajectory import open_run
-from .usd_look import COLOUR_MAP, add_camera_and_lights, add_materials, energy_colours
+from .usd_curves import bind, draw_rods, sampled
+from .usd_load import draw_loads
+from .usd_look import COLOUR_MAP, add_camera_and_lights, add_materials
 
 _FRAMES_PER_SECOND = 24
 _QUANTILES = (0.02, 0.98)
-_SAMPLED_FRAMES = 100
-_SECONDS_BEFORE_PROGRESS = 2.0
+_SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
 def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
@@ -73,8 +72,9 @@ def _new_stage(run: xr.DataTree, scene: Scene) -> Any:
     in_view = []
     if scene.surface:
         in_view.append(_draw_membrane(stage, scene, membrane_look))
+        draw_loads(stage, ensembles, float(np.ptp(in_view[0], axis=0).max()), energy_look)
     for name, data in ensembles.items():
-        box = _draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_look)
+        box = draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_look)
         in_view += [] if _within(box, in_view) else [_corners(box)]
     add_camera_and_lights(stage, np.concatenate(in_view))
     return stage
@@ -90,12 +90,8 @@ def _describe(stage: Any, world: Any, run: xr.DataTree, colours: dict[str, Any])
 
 
 def _colour_range(ensembles: dict[str, xr.Dataset]) -> tuple[float, float]:
-    """Robust quantiles of the energy density over the whole run, from at most so many frames of it."""
-    samples = []
-    for data in ensembles.values():
-        stride = -(-data.sizes["frame"] // _SAMPLED_FRAMES)
-        samples.append(data.energy_density.isel(frame=slice(None, None, stride)).values.ravel())
-    density = np.concatenate(samples)
+    """Robust quantiles of the energy density over the whole run."""
+    density = np.concatenate([sampled(data.energy_density).values.ravel() for data in ensembles.values()])
     low, high = np.quantile(density[np.isfinite(density)], _QUANTILES)
     return float(low), float(high if high > low else low + 1.0)
 
@@ -113,56 +109,37 @@ def _draw_membrane(stage: Any, scene: Scene, look: Any) -> np.ndarray:
     from pxr import UsdGeom, Vt
 
     assert scene.surface
-    points, normals, triangles = triangulate(make(scene.surface.kind, scene.surface.parameters))
+    surface = make(scene.surface.kind, scene.surface.parameters)
+    points, normals, triangles = triangulate(surface)
     mesh = UsdGeom.Mesh.Define(stage, "/World/Membrane")
-    points = points.astype(np.float32)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateDoubleSidedAttr(True)
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
     mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals.astype(np.float32)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(triangles), 3, np.int32)))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.ravel().astype(np.int32)))
-    mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(np.stack([points.min(axis=0), points.max(axis=0)])))
-    _bind(mesh, look)
-    return points.astype(float)
+    extent = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float32)
+    mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
+    _add_curvatures(mesh, curvatures(surface, points))
+    bind(mesh, look)
+    return points
 
 
-def _draw_rods(
-    stage: Any, name: str, data: xr.Dataset, radius: float, colours: tuple[float, float], look: Any
-) -> np.ndarray:
-    """One ensemble as curves, every frame; returns the box [2, 3] that holds them all the time."""
-    from pxr import Tf, UsdGeom, Vt
+def _add_curvatures(mesh: Any, found: Curvatures) -> None:
+    """What the membrane's own bending is, at each point of its mesh."""
+    from pxr import Sdf, UsdGeom, Vt
 
-    curves = UsdGeom.BasisCurves.Define(stage, f"/World/Ensembles/{Tf.MakeValidIdentifier(name)}")
-    curves.CreateTypeAttr(UsdGeom.Tokens.linear)
-    curves.CreateWrapAttr(UsdGeom.Tokens.nonperiodic)
-    rods, nodes = data.sizes["rod"], data.sizes["node"]
-    curves.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(rods, nodes, np.int32)))
-    curves.CreateWidthsAttr([2 * radius])
-    curves.SetWidthsInterpolation(UsdGeom.Tokens.constant)
-    shown, extent = curves.CreatePointsAttr(), curves.CreateExtentAttr()
-    colour = curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
-    _bind(curves, look)
-    boxes, points = [], np.zeros((rods, nodes, 3), np.float32)
-    for frame in _with_progress(data.sizes["frame"], f"USD: {name}"):
-        now = data.isel(frame=frame)
-        position, density = now.position.values, now.energy_density.values
-        sound = np.isfinite(position).all(axis=(1, 2), keepdims=True)
-        points = np.where(sound, position, points).astype(np.float32)  # a failed rod stays where it was
-        box = np.stack([points.min(axis=(0, 1)) - radius, points.max(axis=(0, 1)) + radius])
-        shown.Set(Vt.Vec3fArray.FromNumpy(points.reshape(-1, 3)), frame)
-        rgb = energy_colours(np.nan_to_num(density), *colours)
-        colour.Set(Vt.Vec3fArray.FromNumpy(rgb.reshape(-1, 3)), frame)
-        extent.Set(Vt.Vec3fArray.FromNumpy(box.astype(np.float32)), frame)
-        boxes.append(box)
-    return np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
-
-
-def _bind(prim: Any, look: Any) -> None:
-    from pxr import UsdShade
-
-    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(look)
+    kinds, both = Sdf.ValueTypeNames, found.principal
+    rows = (
+        ("principalCurvatures", kinds.Float2Array, Vt.Vec2fArray, both, f"1/length, {_SIGN}; ascending"),
+        ("gaussianCurvature", kinds.FloatArray, Vt.FloatArray, found.gaussian, "1/length^2, their product"),
+        ("meanCurvature", kinds.FloatArray, Vt.FloatArray, found.mean, f"1/length, H = −∇·n/2, {_SIGN}"),
+    )
+    for name, kind, array, values, documentation in rows:
+        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, kind, UsdGeom.Tokens.vertex)
+        primvar.Set(array.FromNumpy(values.astype(np.float32)))
+        primvar.GetAttr().SetDocumentation(documentation)
 
 
 def _within(box: np.ndarray, seen: list[np.ndarray]) -> bool:
@@ -175,19 +152,3 @@ def _within(box: np.ndarray, seen: list[np.ndarray]) -> bool:
 
 def _corners(box: np.ndarray) -> np.ndarray:
     return np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
-def _with_progress(count: int, label: str) -> Iterator[int]:
-    """Counts, and shows a bar once it has taken long enough to wonder."""
-    from rich.progress import Progress
-
-    progress, started = Progress(transient=True), time.monotonic()
-    task = progress.add_task(label, total=count)
-    try:
-        for item in range(count):
-            yield item
-            progress.advance(task)
-            if time.monotonic() - started > _SECONDS_BEFORE_PROGRESS:
-                progress.start()
-    finally:
-        progress.stop()

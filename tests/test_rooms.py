@@ -12,13 +12,17 @@ from warp_rods import kernels
 
 ROOMS = [
     {"kernels"},
-    {"errors", "recorded", "per_rod", "variables"},
-    {"surfaces", "modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},
-    {"bound_rods", "free_rods", "free_arrays", "free_launches", "free_readings", "placement", "step_limits"},
+    {"errors", "recorded", "per_rod", "variables", "growth"},
+    {"surfaces", "membrane", "surface_kinds", "enclosure"}
+    | {"expression", "formula", "field_source", "level_set", "distance"},
+    {"modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},
+    {"bound_rods", "bound_checks", "bound_arrays", "bound_launches", "placement", "step_limits"},
+    {"free_rods", "free_arrays", "free_launches", "free_readings"},
     {"neighbours"},
     {"scene_toml", "scene_checks", "scene_tables", "scene_ensembles", "scene"},
     {"store", "trajectory"},
-    {"membrane", "usd", "usd_look", "summary"},
+    {"writhe", "measures", "motion_class", "diagnostics", "sensing"},
+    {"usd", "usd_curves", "usd_load", "usd_look", "summary"},
     {"ensembles"},
     {"simulation"},
     {"run_folder"},
@@ -28,7 +32,7 @@ ROOMS = [
 """Lowest first: a module imports from its own room or a lower one."""
 
 SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours"}
-EXPORTERS = {"usd", "usd_look", "membrane", "summary"}
+EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "summary"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 
 

@@ -89,7 +89,7 @@ def test_a_run_leaves_a_folder_that_reads(tmp_path):
         convex
     )
     np.testing.assert_allclose(convex.time, [0, 0.01, 0.02, 0.03, 0.04, 0.05])
-    np.testing.assert_array_equal(data["saddle"]["length"], [0.3, 0.4, 0.5])
+    np.testing.assert_array_equal(data["saddle"]["length"][0], [0.3, 0.4, 0.5])
     assert Scene.load(run.folder / "scene.toml") == scene()
     assert data.attrs["scene_hash"] == scene().hash()
 
@@ -123,8 +123,12 @@ def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
     with pytest.raises(RunFolderError, match="--overwrite"):
         runner.run(scene(), tmp_path, device="cpu")
     shorter = scene(time={"end": 0.02, "save_every": 0.01, "step": 5e-4})
-    with pytest.raises(RunFolderError, match="differs"):
+    with pytest.raises(RunFolderError, match=r"beyond time\.end = 0\.02"):
         runner.run(shorter, tmp_path, device="cpu", resume=True)
+    with pytest.raises(RunFolderError, match="differs from the scene given in seed"):
+        runner.run(scene(seed=9), tmp_path, device="cpu", resume=True)
+    longer = scene(time={**SCENE["time"], "end": 0.07})
+    assert runner.run(longer, tmp_path, device="cpu", resume=True).data["convex"].sizes["frame"] == 8
     assert runner.run(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
 
 

@@ -1,4 +1,4 @@
-"""The command line: ``warp-rods run SCENE`` and its relatives. Errors of the user's are shown without a traceback."""
+"""The command line: ``warp-rods run SCENE`` and its relatives; users' mistakes are shown without a traceback."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
@@ -15,10 +16,27 @@ from rich.console import Console
 
 from warp_rods.errors import SceneError, WarpRodsError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Rods at low Reynolds number: proteins on membranes, swimming cells. Begin with: warp-rods run SCENE",
+)
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene in TOML, such as scenes/proteins.toml")]
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(version("warp-rods"))
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    _version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which")] = False,
+) -> None: ...
 
 
 @app.command()
@@ -33,11 +51,13 @@ def run(
     from warp_rods import runner
     from warp_rods.summary import summary
 
-    console = Console()
-    done = runner.run(scene, out, device=_device(device), overwrite=overwrite, resume=resume, console=console)
-    console.print(summary(done.data))
+    console = Console(markup=False, highlight=False)
+    if resume and overwrite:
+        raise SceneError("--resume and --overwrite: one goes on with a run, the other replaces it; give one of them")
+    done = runner.run(scene, out, device=device, overwrite=overwrite, resume=resume, console=console)
+    console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
-    console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}", highlight=False)
+    console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
 
 
 @app.command()
@@ -54,7 +74,8 @@ def check(scene: SceneFile) -> None:
         print(line)
     for line in simulation.warnings:
         print(f"warning: {line}")
-    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: sound")
+    verdict = "run it at your own risk" if simulation.warnings else "sound"
+    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: {verdict}")
 
 
 @app.command()
@@ -62,7 +83,7 @@ def export(
     run_dir: RunDir,
     usd: Annotated[bool, typer.Option("--usd", help="animation.usdc for Blender, Omniverse and the like")] = False,
 ) -> None:
-    """Make pictures and animations of a run again, from its trajectory."""
+    """Make the animation of a run again, from its trajectory."""
     if not usd:
         raise SceneError("export: say what to make: --usd")
     from warp_rods.usd import export_usd
@@ -75,16 +96,6 @@ def devices() -> None:
     """The devices that --device can name."""
     for device in wp.get_devices():
         print(f"{device.alias}: {device.name}")
-
-
-def _device(name: str) -> str | None:
-    """Warp's name of the device; "auto" is CUDA where there is one."""
-    known = [device.alias for device in wp.get_devices()]
-    if name == "auto":
-        return "cuda:0" if "cuda:0" in known else "cpu"
-    if name not in known:
-        raise SceneError(f"--device {name}: there is no such device here; there are {', '.join(['auto', *known])}")
-    return name
 
 
 @contextlib.contextmanager
@@ -102,18 +113,18 @@ def _without_stderr() -> Iterator[None]:
 
 
 def main() -> None:
-    """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one interrupted."""
+    """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one stopped."""
     wp.config.log_level = wp.LOG_WARNING
     with _without_stderr():
         wp.init()
     try:
         app()
     except WarpRodsError as error:
-        Console(stderr=True).print(f"[bold red]error:[/] {error}", highlight=False)
+        print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        Console(stderr=True).print("stopped; what was saved stays readable, and --resume goes on from there")
-        sys.exit(130)
+    except OSError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
 
 
 if __name__ == "__main__":

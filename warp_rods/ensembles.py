@@ -21,6 +21,8 @@ from warp_rods.surfaces import Surface
 
 SWIMMER_STEP = 1e-3
 """Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
+FINE_ENOUGH = 0.3
+"""Radians of bending a cell up to which second order means about a per cent."""
 LIMIT_SAMPLES = 400
 """Points of the surface at which the orientation stiffness is looked at."""
 
@@ -35,6 +37,7 @@ class Layout:
     ensembles: dict[str, Any] = field(default_factory=dict)
     limits: dict[str, StepLimit] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
     def random(self, name: str) -> np.random.Generator:
         """A generator of its own for each ensemble, so that adding one does not move the others."""
@@ -46,6 +49,8 @@ def lay_out(scene: Scene, device) -> Layout:
     layout = Layout(scene, device)
     if scene.surface:
         layout.surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
+        if layout.surface.kind in surfaces.GIVEN and not layout.surface.closed:
+            layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
     for kind, build in BUILDERS.items():
         for index, table in enumerate(getattr(scene, kind)):
             try:
@@ -65,7 +70,11 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
             "length": each_rod(table.length, table.count)[rods],
             **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
         }
-        return BoundRods(surface, position, direction, nodes=table.nodes, **parameters, **placed, device=layout.device)
+        growth = None if table.growth is None else _some(table.growth, rods, table.count)
+        return BoundRods(
+            surface, position, direction, nodes=table.nodes, ends=table.ends, growth=growth, **parameters, **placed,
+            device=layout.device,
+        )  # fmt: skip
 
     if table.placement == "random":
         position, direction = _random(layout, table, build)
@@ -77,15 +86,38 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
     layout.ensembles[table.name] = rods
     points = placement.uniform_points(surface, LIMIT_SAMPLES, np.random.default_rng(0))
     layout.limits[table.name] = filament_limits(surface, points, rods)
+    layout.warnings += _unresolved(surface, table, points)
     if scene.steric:
         drag = float(rods.drag[:, 1].min())
         layout.limits[f"{table.name} (steric)"] = steric_limit(scene.steric.strength, scene.steric.core, drag)
 
 
+def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.ndarray) -> list[str]:
+    """A line where nodes are too far apart for the surface's curvature or the preferred one."""
+    spacing = float(np.max(table.length)) / (table.nodes - 1)
+    bend = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
+    sharpest = max(float(bend), float(np.abs(table.intrinsic).max()))
+    if spacing * sharpest <= FINE_ENOUGH:
+        return []
+    nodes = math.ceil(float(np.max(table.length)) * sharpest / FINE_ENOUGH) + 1
+    return [
+        f"{table.name}: nodes are {spacing:.3g} apart where curvatures reach {sharpest:.3g}: turning by more than "
+        f"{FINE_ENOUGH} a cell is coarse; use {nodes} nodes or more"
+    ]
+
+
+def _some(growth: scene_ensembles.Growth, rods: slice, count: int) -> dict[str, Any]:
+    """The growth of some of the rods."""
+    whole = growth.model_dump(exclude_none=True)
+    return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+
+
 def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
     low, high = surface.box
     around = math.pi * float((high - low).max()) / 1.02
-    length = float(np.max(table.length))
+    growth = table.growth
+    grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
+    length = max(float(np.max(v)) for v in (table.length, *grown))
     if surface.closed and length > around:
         raise SceneError(
             f"length = {length:g}: longer than once round the {surface.kind}'s widest extent, {around:.4g}: it would "

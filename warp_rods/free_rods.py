@@ -161,7 +161,7 @@ class FreeRods(FreeReadings):
 
     def static(self) -> dict[str, np.ndarray]:
         """What the trajectory keeps once: names of ``variables.STATIC``."""
-        return {"length": np.ones(self.count)}
+        return {"length": np.ones(self.count), **{name: self._values[name] for name in PARAMETERS[:5]}}
 
     def state(self) -> dict[str, np.ndarray]:
         """All that the next step depends on; ``restore`` goes on from it to the same bits."""

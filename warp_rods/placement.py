@@ -81,16 +81,30 @@ def without_overlap(
         r = uniform_points(surface, count - len(kept_r), rng)
         q = isotropic_directions(surface, r, rng)
         lines = centre_lines(r, q)
-        good = []
-        for i, line in enumerate(lines):
-            if not len(taken) or cKDTree(line).query(taken)[0].min() >= clearance:
-                good.append(i)
-                taken = np.concatenate([taken, line])
+        good = _apart(lines, taken, clearance)
+        taken = np.concatenate([taken, lines[good].reshape(-1, 3)])
         redrawn += len(r) - len(good)
         kept_r, kept_q = np.concatenate([kept_r, r[good]]), np.concatenate([kept_q, q[good]])
         if len(kept_r) == count:
             return kept_r, kept_q, redrawn
     raise SceneError(f"count = {count}: after {redrawn} draws only {len(kept_r)} fit {clearance:g} apart; place fewer")
+
+
+def _apart(lines: np.ndarray, taken: np.ndarray, clearance: float) -> list[int]:
+    """Which of the centre lines [rod, node, 3], taken in turn, keep the clearance from ``taken`` and those before."""
+    nodes = lines.shape[1]
+    tree = cKDTree(lines.reshape(-1, 3))
+    free = np.ones(len(lines), dtype=bool)
+    if len(taken):
+        near = cKDTree(taken).query(tree.data, distance_upper_bound=clearance)[0] < clearance
+        free = ~near.reshape(len(lines), nodes).any(axis=1)
+    pairs = np.unique(np.sort(tree.query_pairs(clearance, output_type="ndarray") // nodes, axis=1), axis=0)
+    rivals: dict[int, list[int]] = {}
+    for first, second in pairs[pairs[:, 0] != pairs[:, 1]]:
+        rivals.setdefault(int(second), []).append(int(first))
+    for rod in range(len(lines)):
+        free[rod] &= not any(free[other] for other in rivals.get(rod, ()))
+    return np.flatnonzero(free).tolist()
 
 
 def _unit(v: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import shutil
-import tomllib
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,11 @@ from warp_rods.errors import RunFolderError
 from warp_rods.scene import Scene
 from warp_rods.trajectory import STORE, GroupSpec, TrajectoryWriter
 
+try:
+    import fcntl
+except ImportError:  # no such locks on Windows
+    fcntl = None  # type: ignore[assignment]
+
 SCENE, CHECKPOINT = "scene.toml", "checkpoint.npz"
 PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
 
@@ -21,28 +26,40 @@ PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
 class RunFolder:
     """``path`` and what is written there: ``writer`` appends frames, ``checkpoint`` makes a restart possible."""
 
-    def __init__(self, path: Path, writer: TrajectoryWriter):
-        self.path, self.writer = path, writer
+    def __init__(self, path: Path, writer: TrajectoryWriter, lock: int):
+        self.path, self.writer, self._lock = path, writer, lock
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        """Finish the trajectory and let others write here."""
+        self.writer.close()
+        os.close(self._lock)
 
     @staticmethod
     def check_free(path: Path, overwrite: bool) -> None:
         """Raises RunFolderError where ``path`` holds a run already and may not be overwritten, or is no folder."""
         if path.exists() and not path.is_dir():
             raise RunFolderError(f"{path} is a file: give another --out")
-        if not overwrite and any((path / part).exists() for part in PARTS):
+        if not (path / STORE).exists():
+            others = [part for part in PARTS if (path / part).exists()]
+            if others:
+                raise RunFolderError(f"{path} holds a {others[0]} that is of no run: give another --out")
+        elif not overwrite:
             raise RunFolderError(
                 f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to go on"
             )
 
     @classmethod
-    def create(cls, path: Path, scene: Scene, groups: dict[str, GroupSpec], attributes: dict) -> RunFolder:
+    def create(cls, path: Path, groups: dict[str, GroupSpec], attributes: dict) -> RunFolder:
         """A fresh folder; an old run's parts in it are removed."""
         path.mkdir(parents=True, exist_ok=True)
+        lock = _lock(path)
         for part in PARTS:
             target = path / part
             shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
-        (path / SCENE).write_text(scene.to_toml(), encoding="utf-8")
-        return cls(path, TrajectoryWriter.create(path / STORE, groups, attributes))
+        return cls(path, TrajectoryWriter.create(path / STORE, groups, attributes), lock)
 
     @classmethod
     def resume(cls, path: Path, scene: Scene) -> tuple[RunFolder, dict[str, np.ndarray]]:
@@ -51,13 +68,20 @@ class RunFolder:
         Raises RunFolderError where there is none, or the scene differs.
         """
         if not (path / CHECKPOINT).is_file():
-            raise RunFolderError(f"{path} has no {CHECKPOINT} to go on from: run without --resume")
-        before = Scene.parse(tomllib.loads((path / SCENE).read_text(encoding="utf-8")))
-        if before.hash() != scene.hash():
-            raise RunFolderError(f"{path}/{SCENE} differs from the scene given: only the same scene can go on")
-        with np.load(path / CHECKPOINT) as stored:
-            state = dict(stored)
-        return cls(path, TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1)), state
+            raise RunFolderError(f"{path} has no {CHECKPOINT} to go on from: run without --resume, perhaps --overwrite")
+        _check_same(Scene.load(path / SCENE), scene, path)
+        try:
+            with np.load(path / CHECKPOINT) as stored:
+                state = dict(stored)
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
+            raise RunFolderError(f"{path / CHECKPOINT} is damaged ({fault}): run anew with --overwrite") from None
+        lock = _lock(path)
+        writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1)
+        return cls(path, writer, lock), state
+
+    def keep(self, scene: Scene) -> None:
+        """Write down the scene as run."""
+        (self.path / SCENE).write_text(scene.to_toml(), encoding="utf-8")
 
     def checkpoint(self, state: dict[str, np.ndarray]) -> None:
         """Replace the checkpoint in one move: whenever the machine stops, one whole checkpoint is there."""
@@ -69,6 +93,27 @@ class RunFolder:
             file.flush()
             os.fsync(file.fileno())
         partial.replace(self.path / CHECKPOINT)
-        folder = os.open(self.path, os.O_RDONLY)
-        os.fsync(folder)
-        os.close(folder)
+        os.fsync(self._lock)
+
+
+def _lock(path: Path) -> int:
+    """Hold the folder until the descriptor returned is closed or the process ends; RunFolderError if another does."""
+    held = os.open(path, os.O_RDONLY)
+    if fcntl is not None:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(held)
+            raise RunFolderError(f"another run is writing to {path}: wait for it, or give another --out") from None
+    return held
+
+
+def _check_same(before: Scene, scene: Scene, path: Path) -> None:
+    """Raises RunFolderError naming the tables in which a scene is not the one that was run, ``time.end`` apart."""
+    old, new = before.model_dump(), scene.model_dump()
+    old["time"]["end"] = new["time"]["end"]
+    differing = [key for key in new if new[key] != old[key]]
+    if differing:
+        raise RunFolderError(
+            f"{path / SCENE} differs from the scene given in {', '.join(differing)}: only time.end may change, to go on"
+        )

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+import warp as wp
 import xarray as xr
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from warp_rods import trajectory
+from warp_rods.errors import SceneError
 from warp_rods.run_folder import RunFolder
 from warp_rods.scene import Scene
 from warp_rods.simulation import Simulation
@@ -25,8 +30,8 @@ REFRESH = 0.1
 class Run:
     """A finished run: its ``folder``, what it reported, and its trajectory as ``data``."""
 
-    def __init__(self, folder: Path, seconds: float, rod_steps: int, lost: list[str]):
-        self.folder, self.seconds, self.rod_steps, self.lost = folder, seconds, rod_steps, lost
+    def __init__(self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str]):
+        self.folder, self.order, self.seconds, self.rod_steps, self.lost = folder, order, seconds, rod_steps, lost
 
     @property
     def data(self) -> xr.DataTree:
@@ -48,25 +53,34 @@ def run(
     device: "cpu", "cuda:0", … (default: CUDA where there is one). Raises SceneError before anything is written,
     RunFolderError for a folder that holds a run (or, with ``resume``, none), RodFailure once no rod is left.
     """
-    console = console or Console(stderr=True)
+    console = console or Console(stderr=True, markup=False, highlight=False)
     folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
+    device = device_name(device)
     if not resume:
         RunFolder.check_free(folder, overwrite)
     simulation = _prepare(scene, device, console)
     if resume:
-        kept, state = RunFolder.resume(folder, scene)
-        simulation.restore(state)
-        console.print(f"going on from t = {simulation.time:g}")
+        kept, state = RunFolder.resume(folder, simulation.scene)
     else:
-        kept = RunFolder.create(folder, scene, _groups(simulation), _attributes(simulation))
-        kept.writer.append(0.0, simulation.variables())
-    start = time.perf_counter()
-    rod_steps, lost = _loop(simulation, kept, console)
-    kept.writer.close()
-    seconds = time.perf_counter() - start
+        kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
+    with kept:
+        _begin(simulation, kept, state, console)
+        start = time.perf_counter()
+        rod_steps, lost = _loop(simulation, kept, console)
+        seconds = time.perf_counter() - start
     _animate(folder, console)
-    return Run(folder, seconds, rod_steps, lost)
+    return Run(folder, list(simulation.ensembles), seconds, rod_steps, lost)
+
+
+def device_name(name: str | None) -> str:
+    """Warp's name of a device; None or "auto" is CUDA where there is one. Raises SceneError for one not here."""
+    known = [device.alias for device in wp.get_devices()]
+    if name in (None, "auto"):
+        return "cuda:0" if "cuda:0" in known else "cpu"
+    if name not in known:
+        raise SceneError(f"--device {name}: there is no such device here; there are {', '.join(['auto', *known])}")
+    return name
 
 
 def _prepare(scene: Scene, device: str | None, console: Console) -> Simulation:
@@ -80,9 +94,9 @@ def _prepare(scene: Scene, device: str | None, console: Console) -> Simulation:
         f"{time.perf_counter() - start:.1f} s"
     )
     for line in simulation.notes:
-        console.print(line, highlight=False)
+        console.print(line)
     for line in simulation.warnings:
-        console.print(f"[yellow]warning:[/] {line}", highlight=False)
+        _warn(console, line)
     frames = simulation.frames
     console.print(
         f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames", highlight=False
@@ -90,12 +104,23 @@ def _prepare(scene: Scene, device: str | None, console: Console) -> Simulation:
     return simulation
 
 
+def _begin(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray] | None, console: Console) -> None:
+    """The first frame and a checkpoint of it, or the state of the checkpoint to go on from."""
+    if state is not None:
+        simulation.restore(state)
+        console.print(f"going on from t = {simulation.time:g}")
+    else:
+        kept.writer.append(0.0, simulation.variables())
+        kept.checkpoint(simulation.state())
+    kept.keep(simulation.scene)
+
+
 def _loop(simulation: Simulation, kept: RunFolder, console: Console) -> tuple[int, list[str]]:
     """Step, save, checkpoint until the end; returns rod-steps done and a line for each rod lost."""
     frames, lost, done_before = simulation.frames, [], 0
     planned, past = int(frames.steps.sum()), int(frames.steps[: simulation.frame + 1].sum())
     begun = shown = saved = time.perf_counter()
-    with _bar(console) as bar:
+    with _bar(console) as bar, _stopping(simulation, kept, console):
         task = bar.add_task("running", total=planned, completed=past, speed="")
         while simulation.frame < len(frames.times) - 1:
             for done in simulation.to_next_frame():
@@ -112,9 +137,24 @@ def _loop(simulation: Simulation, kept: RunFolder, console: Console) -> tuple[in
                 kept.checkpoint(simulation.state())
             for line in simulation.new_failures():
                 lost.append(line)
-                bar.console.print(f"[yellow]lost:[/] {line}; it stays as it was, the others go on", highlight=False)
+                _warn(bar.console, f"lost: {line}; it stays as it was, the others go on")
+            for line in simulation.new_doubts():
+                _warn(bar.console, line)
         bar.update(task, completed=planned)
     return done_before * simulation.rods, lost
+
+
+def _warn(console: Console, line: str) -> None:
+    console.print(f"warning: {line}", style="yellow")
+
+
+@contextlib.contextmanager
+def _stopping(simulation: Simulation, kept: RunFolder, console: Console) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        console.print(f"stopped; {kept.path} is readable up to t = {simulation.time:g}, and --resume goes on")
+        raise
 
 
 def _bar(console: Console) -> Progress:
@@ -146,6 +186,6 @@ def _animate(folder: Path, console: Console) -> None:
     from warp_rods.usd import export_usd
 
     path = export_usd(folder)
-    console.print(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)", highlight=False)
+    console.print(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
 

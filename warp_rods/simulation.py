@@ -11,12 +11,15 @@ import numpy as np
 import warp as wp
 
 from warp_rods import ensembles
-from warp_rods.errors import RodFailure
+from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.neighbours import Neighbours
 from warp_rods.scene import Scene
 from warp_rods.step_limits import SAFETY, StepLimit
 from warp_rods.variables import Variable
 
+RISE = 1e-3
+"""Relative rise of the energy of passive filaments from frame to frame that is told; round-off is far below."""
+MOST_STEPS, MOST_FRAMES = 1e10, 1e6
 FEWEST_STEPS = 1000
 """Steps that a run takes at least when the scene names none: bounds are of stability, this is for accuracy."""
 
@@ -47,15 +50,25 @@ class Frames:
     steps: np.ndarray
     """[frame]: steps that lead to each, the first 0."""
 
+    @property
+    def longest_step(self) -> float:
+        """The longest Δt between any two frames."""
+        return float((np.diff(self.times) / self.steps[1:]).max())
+
     @classmethod
     def plan(cls, end: float, every: float, step: float) -> Frames:
         """Frames each ``every`` and at ``end``, with equal steps of at most ``step`` from one to the next."""
+        if not end / every < MOST_FRAMES:
+            raise SceneError(f"time.save_every = {every:g}: {end / every:.3g} frames are too many; save less often")
         count = math.floor(end / every + 1e-9)
         times = np.append(every * np.arange(count + 1), end) if count * every < end * (1 - 1e-9) else None
         if times is None:
             times = np.append(every * np.arange(count), end)
         spans = np.diff(times, prepend=0.0)
-        return cls(times, np.ceil(spans / step * (1 - 1e-9)).astype(int))
+        steps = np.ceil(spans / step * (1 - 1e-9))
+        if not steps.sum() < MOST_STEPS:
+            raise SceneError(f"time.end = {end:g}: {steps.sum():.3g} steps of {step:.3g} are out of reach")
+        return cls(times, steps.astype(int))
 
 
 class Simulation:
@@ -67,15 +80,20 @@ class Simulation:
 
     def __init__(self, scene: Scene, device: str | None = None):
         self.scene, self.device = scene, wp.get_device(device)
-        self.notes: list[str] = []
-        self.ensembles: dict[str, Ensemble] = {}
         self._known_failures: set[tuple[str, int]] = set()
         layout = ensembles.lay_out(scene, self.device)
         self.ensembles, self.notes = layout.ensembles, layout.notes
         self._neighbours = self._build_neighbours()
         self.step_size, self.warnings = self._choose_step(layout.limits)
+        self.warnings += layout.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
+            self.step_size = self.frames.longest_step
+            self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
         self.frame = 0
+        self._energies: dict[str, np.ndarray] = {}
+        self._doubted: set[str] = set()
+        self._doubts: list[str] = []
 
     def _build_neighbours(self) -> Neighbours | None:
         steric = self.scene.steric
@@ -83,6 +101,13 @@ class Simulation:
             return None
         crowd = list(self.ensembles.values())
         return Neighbours(crowd, steric.strength, steric.range, steric.core, self.device)  # type: ignore[arg-type]
+
+    def _push(self) -> None:
+        """Steric forces of the present positions."""
+        if self._neighbours and self._neighbours.stale:
+            self._neighbours = self._build_neighbours()
+        if self._neighbours:
+            self._neighbours.apply()
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
         """The scene's step, or a safe share of the smallest bound; a line for each bound that it breaks."""
@@ -114,6 +139,7 @@ class Simulation:
             ensemble.step(self.step_size)
         self.variables()
         self.restore(before)
+        self._energies, self._doubts, self._doubted = {}, [], set()
 
     def to_next_frame(self) -> Iterator[int]:
         """Step to the next frame; yields now and then how many steps of it are done."""
@@ -121,8 +147,7 @@ class Simulation:
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
         for done in range(1, steps + 1):
-            if self._neighbours:
-                self._neighbours.apply()
+            self._push()
             for ensemble in self.ensembles.values():
                 ensemble.step(dt)
             yield done
@@ -130,13 +155,39 @@ class Simulation:
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
         """The present frame as the trajectory keeps it: ensemble → variable → values."""
-        if self._neighbours:
-            self._neighbours.apply()
+        self._push()
         found = {name: ensemble.variables() for name, ensemble in self.ensembles.items()}
         none = [np.zeros(ensemble.count) for ensemble in self.ensembles.values()]
         shares = self._neighbours.energies() if self._neighbours else none
         for values, share in zip(found.values(), shares, strict=True):
             values["steric_energy"] = share
+        self._watch_energy(found)
+        return found
+
+    def _watch_energy(self, found: dict[str, dict[str, np.ndarray]]) -> None:
+        """Passive filaments only lose energy, their sterics' included; where there are none, each of them does."""
+        passive = {name: v for name, v in found.items() if "power" not in v and not v["growth_power"].any()}
+        if self._neighbours and len(passive) < len(found):
+            return
+        energies = {name: v["energy"] + v["steric_energy"] for name, v in passive.items()}
+        if self._neighbours:
+            energies = {"all filaments": np.array([sum(e.sum() for e in energies.values())])}
+        for name, energy in energies.items():
+            before = self._energies.get(name, energy)
+            rose = np.flatnonzero(energy > before * (1 + RISE) + RISE * np.abs(before).mean())
+            if len(rose) and name not in self._doubted:
+                self._doubted.add(name)
+                which = name if self._neighbours else f"rod {rose[0]} of {name}"
+                self._doubts.append(
+                    f"by t = {self.time:g} the energy of {which} rose from {before[rose[0]]:.4g} to "
+                    f"{energy[rose[0]]:.4g}, and passive filaments only lose energy: the step is too large, or the "
+                    f"nodes are too few"
+                )
+        self._energies = energies
+
+    def new_doubts(self) -> list[str]:
+        """A line for each thing seen since this was last asked that throws doubt on the answers."""
+        found, self._doubts = self._doubts, []
         return found
 
     def new_failures(self) -> list[str]:
@@ -163,3 +214,7 @@ class Simulation:
             prefix = f"{name}/"
             ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
         self.frame = int(state["frame"])
+        if self.frame >= len(self.frames.times):
+            raise RunFolderError(f"the run is beyond time.end = {self.scene.time.end:g} already")
+        if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
+            raise RunFolderError("the run stopped at a time that is no frame of this scene: run it anew")

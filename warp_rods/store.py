@@ -15,7 +15,7 @@ from .errors import RunFolderError
 from .variables import ARC, TIME, Variable
 
 STORE = "trajectory.zarr"
-COMPLETE = "complete_frames"
+COMPLETE = "_complete_frames"
 # A chunk is rewritten for each frame that it holds (atomically, by renaming), so it stays small.
 _CHUNK_BYTES = 8_192
 # Arrays grow by so many frames at once, a multiple of every chunk: growing costs as much as writing.

@@ -7,11 +7,11 @@ import xarray as xr
 from rich.table import Table
 
 
-def summary(data: xr.DataTree) -> Table:
-    """Energy, ⟨𝒦⟩ or speed, worst constraint residual and lost rods of each ensemble at the end, with the start."""
-    table = Table("ensemble", "rods", "energy", "⟨𝒦⟩ or speed", "worst residual", "lost")
-    for name, group in data.children.items():
-        d = group.to_dataset()
+def summary(data: xr.DataTree, order: list[str]) -> Table:
+    """Mean energy, ⟨𝒦⟩ or mean speed, worst constraint residual and lost rods of each ensemble, start → end."""
+    table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "worst residual", "lost")
+    for name in order:
+        d = data[name].to_dataset()
         first, last = d.isel(frame=0), d.isel(frame=-1)
         table.add_row(
             name,

@@ -38,17 +38,17 @@ def yukawa(rho: real, strength: real, a: real) -> real:
 
 
 @wp.func
-def yukawa_push(rho: real, strength: real, a: real) -> real:
-    """−G'(ρ)/ρ: the force per separation (D.87)."""
-    return (rho + a) * yukawa(rho, strength, a) / (a * rho * rho)
+def push(rho: real, G: real, a: real) -> real:
+    """−G'(ρ)/ρ: the force per separation (D.87), from G(ρ)."""
+    return (rho + a) * G / (a * rho * rho)
 
 
 @wp.func
 def interacts(cloud: Cloud, i: int, j: int, separation: wp.vec3d, cutoff: real) -> bool:
     """Within reach, and not close neighbours along one rod."""
-    if cloud.rod[i] == cloud.rod[j] and wp.abs(cloud.arc[i] - cloud.arc[j]) < cloud.apart[i]:
+    if wp.dot(separation, separation) >= cutoff * cutoff:
         return False
-    return wp.dot(separation, separation) < cutoff * cutoff
+    return cloud.rod[i] != cloud.rod[j] or wp.abs(cloud.arc[i] - cloud.arc[j]) >= cloud.apart[i]
 
 
 @wp.kernel
@@ -63,10 +63,11 @@ def gather(grid: wp.uint64, cloud: Cloud, strength: real, a: real, core: real):
         d = x - cloud.position[j]
         if interacts(cloud, i, j, d, cutoff):
             rho = wp.sqrt(wp.dot(d, d) + core * core)
-            force += d * (cloud.weight[j] * yukawa_push(rho, strength, a))
-            energy += real(0.5) * cloud.weight[j] * yukawa(rho, strength, a)
+            wG = cloud.weight[j] * yukawa(rho, strength, a)
+            force += d * push(rho, wG, a)
+            energy += wG
     cloud.force[i] = force
-    cloud.energy[i] = energy
+    cloud.energy[i] = real(0.5) * energy
 
 
 @wp.kernel

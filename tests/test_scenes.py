@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from warp_rods import runner
 from warp_rods.scene import Scene
@@ -25,6 +26,17 @@ def test_scene_runs(path, tmp_path):
         assert np.isfinite(group["position"]).all()
 
 
+def closest_approach(position: np.ndarray) -> float:
+    """Least distance between different rods [rod, node, 3], looked at four times on each segment."""
+    t = np.linspace(0, 1, 4, endpoint=False)[:, None]
+    points = position[:, :-1, None] * (1 - t) + position[:, 1:, None] * t
+    tree = cKDTree(points.reshape(-1, 3))
+    pairs = tree.query_pairs(0.03, output_type="ndarray")
+    apart = pairs // (points.shape[1] * points.shape[2])
+    pairs = pairs[apart[:, 0] != apart[:, 1]]
+    return float(np.linalg.norm(tree.data[pairs[:, 0]] - tree.data[pairs[:, 1]], axis=1).min(initial=0.03))
+
+
 def test_convex_sensors_find_the_bulbs(tmp_path):
     """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
     data = runner.run(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
@@ -37,6 +49,7 @@ def test_convex_sensors_find_the_bulbs(tmp_path):
     assert float(data.arc_length.max()) < 1e-9
     total = (data.energy + data.steric_energy).sum("rod")
     assert (total.diff("frame") < 1e-6 * total[0]).all()
+    assert min(closest_approach(frame) for frame in data.position.to_numpy()) > 0.3 * 0.03  # of the core: none crosses
 
 
 def test_concave_sensors_find_the_neck(tmp_path):

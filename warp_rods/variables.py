@@ -32,7 +32,7 @@ STATIC = {
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
-    "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B: twist, normal and geodesic bending", "(5.28)"),
+    "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B of twist, two bendings", "(5.28)"),
     "intrinsic": Variable(("rod", "axis"), "float64", "1/length", "σ: the strains without elastic energy", "(5.28)"),
 }
 """What a group may keep that never changes."""

@@ -111,3 +111,35 @@ def cylinder_angles(stiffness, intrinsic, radius: float) -> np.ndarray:
         minima = minima - slope(minima) / curvature(minima)
     minima = np.where(minima <= -np.pi / 2 + 1e-12, minima + np.pi, minima)
     return minima[np.argsort(cylinder_energy(minima, stiffness, intrinsic, radius), kind="stable")]
+
+
+def hoop_buckling_length(neck: float, bend: float, stiffness, normal_curvature: float) -> float:
+    """Length at which a filament clamped on the hoop of a neck ρ(z) = neck + ½ bend z² + … loses stability.
+
+    w(s) is the distance from the hoop, w' the angle to it: to second order K12 = c w', Ω = w'' + 𝒦w and
+    −K11 = 1/ρ − ½a w² − c w'², with c = ρ'' + 1/ρ, 𝒦 = −ρ''/ρ, a = ρ''/ρ² + ρ''²/ρ. With B = ``stiffness`` and
+    σ = (0, ``normal_curvature``, 0) the energy is ½∫ B3 (w'' + 𝒦w)² + P w'² − Q w² ds, P = B1 c² − 2tc, Q = ta,
+    t = B2(1/ρ − σ2). Solved are its Euler-Lagrange equation with w = w' = 0 at the clamp, Ω = 0 and P w' = B3 Ω' at
+    the tip; the smallest root of that determinant. Q > 𝒦²B3, so that one wavenumber is real and one imaginary.
+    """
+    c, K, a = bend + 1 / neck, -bend / neck, bend / neck**2 + bend**2 / neck
+    t = stiffness[1] * (1 / neck - normal_curvature)
+    P, Q, B3 = stiffness[0] * c * c - 2 * t * c, t * a, stiffness[2]
+    x = np.sort(np.roots([B3, 2 * K * B3 - P, K * K * B3 - Q]))
+    q, p = np.sqrt(-x[0]), np.sqrt(x[1])
+
+    def modes(s: float, order: int, length: float) -> np.ndarray:
+        """Derivatives of exp(−ps), exp(p(s − L)), cos qs, sin qs."""
+        turn = q * s + order * np.pi / 2
+        decaying = (-p) ** order * np.exp(-p * s), p**order * np.exp(p * (s - length))
+        return np.array([*decaying, q**order * np.cos(turn), q**order * np.sin(turn)])
+
+    def determinant(length: float) -> float:
+        w = [modes(length, order, length) for order in range(4)]
+        force = P * w[1] - B3 * (w[3] + K * w[1])
+        return np.linalg.det([modes(0, 0, length), modes(0, 1, length), w[2] + K * w[0], force])
+
+    lengths = np.linspace(1e-2, 5.0, 1000)
+    values = np.array([determinant(length) for length in lengths])
+    first = np.flatnonzero(values[1:] * values[:-1] < 0)[0]
+    return brentq(determinant, lengths[first], lengths[first + 1], xtol=1e-12)

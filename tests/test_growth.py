@@ -150,7 +150,7 @@ def test_a_refined_state_restores_to_the_same_bits():
 
 def test_growth_waits_stops_and_follows_a_table():
     length = np.array([1.0, 2.0])
-    waiting = growth.knots({"rate": [1.0, 2.0], "until": 3.0, "start": 0.5}, length)
+    waiting = growth.knots({"rate": np.array([1.0, 2.0]), "until": 3.0, "start": 0.5}, length)
     np.testing.assert_allclose(growth.length_at(waiting, 0.4), [1.0, 2.0])
     np.testing.assert_allclose(growth.length_at(waiting, 0.75), [1.25, 2.5])
     np.testing.assert_allclose(growth.rate_at(waiting, 0.75), [1.0, 2.0])

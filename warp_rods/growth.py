@@ -22,7 +22,7 @@ def knots(growth: Mapping[str, Any] | None, length: np.ndarray) -> tuple[np.ndar
     if growth is None:
         return np.zeros((count, 1)), length[:, None].copy()
     if growth.get("rate") is not None:
-        rate, until, start = (each_rod(growth.get(k) or 0.0, count) for k in ("rate", "until", "start"))
+        rate, until, start = (each_rod(growth.get(k, 0.0), count) for k in ("rate", "until", "start"))
         if (until <= length).any() or (rate <= 0).any():
             raise SceneError("growth: rate must be positive, and until longer than the length at the start")
         return np.stack([start, start + (until - length) / rate], axis=1), np.stack([length, until], axis=1)

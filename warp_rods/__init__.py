@@ -14,9 +14,12 @@ _HOME = {
     "export_usd": "warp_rods.usd",
     "open_run": "warp_rods.trajectory",
     "run": "warp_rods.runner",
+    "buckling": "",
     "diagnostics": "",
     "errors": "",
+    "kymograph": "",
     "modes": "",
+    "sensing": "",
     "stability": "",
     "surfaces": "",
 }

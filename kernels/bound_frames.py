@@ -14,7 +14,7 @@ from .bound_state import Filaments
 from .bound_step import OFF_SURFACE, WELL, History, node_velocity
 from .layout import real
 from .lie import advance, advance_along
-from .surface import Parameters, curvature, frame, normal, to_surface, to_tangent
+from .surface import Parameters, curvature, frame, normal, normal_motion, to_surface, to_tangent
 
 wp.set_module_options({"enable_backward": False})
 
@@ -33,9 +33,14 @@ def first_column(R: wp.mat33d) -> wp.vec3d:
     return wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
 
 
+@wp.func
+def second_column(R: wp.mat33d) -> wp.vec3d:
+    return wp.vec3d(R[0, 1], R[1, 1], R[2, 1])
+
+
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """The kernels that need the surface: ``.advance_middle``, ``.rebuild``, ``.place``, ``.residuals``."""
+    """The kernels that need the surface: ``.advance_middle``, ``.rebuild``, ``.place``, ``.residuals``, ``.motion``."""
 
     @wp.func
     def on_phi(p: Parameters, x: wp.vec3d) -> wp.vec3d:
@@ -146,4 +151,18 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             w = wp.max(w, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
         worst[rod] = w
 
-    return SimpleNamespace(place=place, advance_middle=advance_middle, rebuild=rebuild, residuals=residuals)
+    @wp.kernel(module="unique", enable_backward=False)
+    def motion(f: Filaments, parameters: wp.array(dtype=Parameters), span: real):
+        """V and V_1 at nodes; parameters now, half a span of time before and after."""
+        rod, i = wp.tid()
+        r = f.position[rod, i]
+        phi0, g0, _H0 = field(r, parameters[1])
+        phi1, g1, _H1 = field(r, parameters[2])
+        _phi, g, H = field(r, parameters[0])
+        V, slope = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
+        f.lift[rod, i] = V
+        f.tilt[rod, i] = wp.dot(second_column(f.rotation[rod, i]), slope)
+
+    return SimpleNamespace(
+        place=place, advance_middle=advance_middle, rebuild=rebuild, residuals=residuals, motion=motion
+    )

@@ -2,10 +2,11 @@
 
 import warp as wp
 
+from .bound_motion import carried_spin
 from .bound_rod import spin
-from .bound_state import Filaments, scalars, vectors
+from .bound_state import Filaments, per_rod, scalars, vectors
 from .layout import real
-from .stencils import derivative
+from .stencils import derivative, trapezoid_weight
 from .surface import gaussian
 
 wp.set_module_options({"enable_backward": False})
@@ -32,7 +33,7 @@ def orientation_moment(f: Filaments, rod: int, i: int) -> real:
 def membrane_load(f: Filaments, shear3: scalars, rod: int, i: int) -> wp.vec3d:
     """Force per length on the membrane in the frame (q, n×q, n): minus the constraint force on the filament.
 
-    Along n it balances (∂sλ + Ω×λ)·n + f·n; in the surface the filament feels χ(K12, K22) (D.35).
+    Along n it balances (∂sλ + Ω×λ)·n + f·n − ζ⊥ V; in the surface the filament feels χ(K12, K22) (D.35).
     """
     K = f.curvature[rod, i]
     h = f.spacing[rod]
@@ -40,7 +41,29 @@ def membrane_load(f: Filaments, shear3: scalars, rod: int, i: int) -> wp.vec3d:
     shear2 = -derivative(f.moment, rod, i, h)[2] - f.shear[rod, i]
     f3 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(0.0), real(0.0), real(1.0)), f.force[rod, i])
     press = derivative(shear3, rod, i, h) + K[1] * shear2 + K[0] * f.tension[rod, i] + f3
+    press -= f.drag[rod][1] * f.lift[rod, i]
     return wp.vec3d(-chi * K[1], -chi * K[2], press)
+
+
+@wp.func
+def edge_power(f: Filaments, shear3: scalars, rod: int, i: int) -> real:
+    """m1 V_1 − m2 V' + λ3 V: what a moving membrane gives to the rod beyond node i, an end, through its section."""
+    m = f.moment[rod, i]
+    turned = carried_spin(f, rod, i)
+    return m[0] * turned[0] + m[1] * turned[1] + shear3[rod, i] * f.lift[rod, i]
+
+
+@wp.kernel
+def membrane_powers(f: Filaments, shear3: scalars, power: per_rod):
+    """Power of a moving membrane on each rod: −∫ (load·n V + χ V_1) ds and what it does at the ends."""
+    rod = wp.tid()
+    nodes = f.geodesic.shape[1]
+    total = edge_power(f, shear3, rod, nodes - 1) - edge_power(f, shear3, rod, 0)
+    for i in range(nodes):
+        press = membrane_load(f, shear3, rod, i)[2]
+        given = press * f.lift[rod, i] + orientation_moment(f, rod, i) * f.tilt[rod, i]
+        total -= trapezoid_weight(i, nodes, f.spacing[rod]) * given
+    power[rod] = total
 
 
 @wp.kernel

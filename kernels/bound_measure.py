@@ -20,9 +20,9 @@ def elastic_density(f: Filaments, rod: int, i: int) -> real:
 
 @wp.func
 def dissipation_density(f: Filaments, rod: int, i: int) -> real:
-    """ζ∥ u1² + ζ⊥ u2² + ζr ω0², power per length."""
+    """ζ∥ u1² + ζ⊥ (u2² + V²) + ζr ω0², power per length."""
     u = wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], spin(f, rod, i)[0])
-    return wp.dot(f.drag[rod], wp.cw_mul(u, u))
+    return wp.dot(f.drag[rod], wp.cw_mul(u, u)) + f.drag[rod][1] * f.lift[rod, i] * f.lift[rod, i]
 
 
 @wp.func

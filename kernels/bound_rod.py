@@ -8,10 +8,14 @@ dynamic strain. λ, u2 and Ω live at nodes i, u1 at half nodes i + 1/2 (stored 
     u1' = Ω u2                   (nodes)
 
 u2 is eliminated from the first line at half nodes and from the last at nodes: one tridiagonal system in λ.
+
+A membrane that moves along n with velocity V adds K11 V to the last line, and −ζr K12 V_1, −ζr K22 V_1 to Y1 and Y2
+(``bound_motion``).
 """
 
 import warp as wp
 
+from .bound_motion import carried_spin, carried_turning, rolling, rolling_along, squeeze
 from .bound_state import Filaments
 from .layout import real
 from .stencils import (
@@ -88,7 +92,8 @@ def transverse_load(f: Filaments, rod: int, i: int) -> real:
     ddm = moment_curvature(f, rod, i)
     f2 = wp.dot(wp.transpose(f.rotation[rod, i]) * f.force[rod, i], wp.vec3d(real(0.0), real(1.0), real(0.0)))
     turning = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[rod, i] + gaussian(K) * m[2]
-    return -ddm[2] - turning - derivative(f.shear, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + f2
+    push = f2 - rolling(f, rod, i)
+    return -ddm[2] - turning - derivative(f.shear, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + push
 
 
 @wp.func
@@ -99,23 +104,26 @@ def tangential_load(f: Filaments, rod: int, i: int) -> real:
     there = strain(f.curvature[rod, i + 1], f.geodesic[rod, i + 1])
     f1 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i])
     g1 = wp.dot(f.rotation[rod, i + 1] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i + 1])
-    return wp.dot(real(0.5) * (here + there), half_difference(f.moment, rod, i, h)) + real(0.5) * (f1 + g1)
+    push = real(0.5) * (f1 + g1) - rolling_along(f, rod, i)
+    return wp.dot(real(0.5) * (here + there), half_difference(f.moment, rod, i, h)) + push
 
 
 @wp.func
 def velocity_along(f: Filaments, rod: int, i: int) -> real:
-    """u1 at node i: the mean of its half nodes; at an end carried over half a step by u1' = Ω u2."""
+    """u1 at node i: the mean of its half nodes; at an end carried over half a step by u1' = Ω u2 + K11 V."""
     last = f.geodesic.shape[1] - 1
+    half = real(0.5) * f.spacing[rod]
     if i == 0:
-        return f.along[rod, 0] - real(0.5) * f.spacing[rod] * f.geodesic[rod, 0] * f.across[rod, 0]
+        return f.along[rod, 0] - half * f.geodesic[rod, 0] * f.across[rod, 0] - half * squeeze(f, rod, 0)
     if i == last:
-        return f.along[rod, last - 1] + real(0.5) * f.spacing[rod] * f.geodesic[rod, last] * f.across[rod, last]
+        flow = f.along[rod, last - 1] + half * f.geodesic[rod, last] * f.across[rod, last]
+        return flow + half * squeeze(f, rod, last)
     return half_average(f.along, rod, i - 1)
 
 
 @wp.func
 def velocity_across(f: Filaments, rod: int, i: int) -> real:
-    """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at a free end together with u1' = Ω u2 over the last half step."""
+    """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at a free end together with u1' = Ω u2 + K11 V over the last half step."""
     last = f.geodesic.shape[1] - 1
     if is_clamped(f, i):
         return real(0.0)
@@ -123,16 +131,17 @@ def velocity_across(f: Filaments, rod: int, i: int) -> real:
     pull = (f.geodesic[rod, i] * f.tension[rod, i] + f.load[rod, i]) / transverse_drag(K, f.drag[rod])
     ratio = coupling(K, f.drag[rod])
     half_turn = real(0.5) * f.spacing[rod] * f.geodesic[rod, i]
+    half_squeeze = real(0.5) * f.spacing[rod] * squeeze(f, rod, i)
     if i == 0:
-        return (pull - ratio * f.along[rod, 0]) / (real(1.0) - ratio * half_turn)
+        return (pull - ratio * (f.along[rod, 0] - half_squeeze)) / (real(1.0) - ratio * half_turn)
     if i == last:
-        return (pull - ratio * f.along[rod, last - 1]) / (real(1.0) + ratio * half_turn)
+        return (pull - ratio * (f.along[rod, last - 1] + half_squeeze)) / (real(1.0) + ratio * half_turn)
     return pull - ratio * half_average(f.along, rod, i - 1)
 
 
 @wp.func
 def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
-    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27); a free end keeps Ω = σ3.
+    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27), and ``carried_turning``; a free end keeps Ω = σ3.
 
     Nodes stay at fixed shares x of a length L that may grow: they move along the material. A clamped end holds
     u2 = u2' = 0: the velocity beyond it is the mirror image.
@@ -150,17 +159,18 @@ def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
         bend
         + (turn * turn + gaussian(f.curvature[rod, i])) * f.across[rod, i]
         + derivative(f.geodesic, rod, i, h) * (velocity_along(f, rod, i) + sweep)
+        + carried_turning(f, rod, i)
     )
 
 
 @wp.func
 def spin(f: Filaments, rod: int, i: int) -> wp.vec3d:
-    """Angular velocity ω in the frame (5.19), (5.20), (5.25)."""
+    """Angular velocity ω in the frame (5.19), (5.20), (5.25), and ``carried_spin``."""
     K = f.curvature[rod, i]
     u1 = velocity_along(f, rod, i)
     u2 = f.across[rod, i]
     turning = derivative(f.across, rod, i, f.spacing[rod]) + f.geodesic[rod, i] * u1
-    return wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, turning)
+    return wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, turning) + carried_spin(f, rod, i)
 
 
 @wp.kernel

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from .bound_motion import squeeze
 from .bound_rod import coupling, end_tension, is_clamped, transverse_drag
 from .bound_state import Filaments, scalars
 from .layout import real
@@ -11,7 +12,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def inner_row(f: Filaments, rod: int, i: int) -> wp.vec4d:
-    """(lower, diagonal, upper, right) of (u1(i+½) − u1(i−½))/Δs − Ω u2 = 0 in λ; zero at the ends."""
+    """(lower, diagonal, upper, right) of (u1(i+½) − u1(i−½))/Δs − Ω u2 = K11 V in λ; zero at the ends."""
     if i == 0 or i == f.geodesic.shape[1] - 1:
         return wp.vec4d()
     K = f.curvature[rod, i]
@@ -24,7 +25,7 @@ def inner_row(f: Filaments, rod: int, i: int) -> wp.vec4d:
         -behind * f.to_left[rod, i - 1],
         ahead * f.to_left[rod, i] - behind * f.to_right[rod, i - 1] - mobility * turn,
         ahead * f.to_right[rod, i],
-        mobility * f.load[rod, i] - ahead * f.remainder[rod, i] + behind * f.remainder[rod, i - 1],
+        mobility * f.load[rod, i] - ahead * f.remainder[rod, i] + behind * f.remainder[rod, i - 1] + squeeze(f, rod, i),
     )
 
 
@@ -61,7 +62,7 @@ def bending_mobility(f: Filaments, rod: int, i: int) -> real:
 
 @wp.kernel
 def tension_rows(f: Filaments, lower: scalars, diagonal: scalars, upper: scalars, right: scalars):
-    """Rows of u1' − Ω u2 = 0 in λ at inner nodes; at the ends λ given (D.61), or no u1 next to a clamp."""
+    """Rows of u1' − Ω u2 = K11 V in λ at inner nodes; at the ends λ given (D.61), or no u1 next to a clamp."""
     rod, i = wp.tid()
     row = inner_row(f, rod, i)
     if i == 0:

@@ -28,6 +28,9 @@ class Filaments:
     rotation: wp.array2d(dtype=wp.mat33d)  # columns q, n×q, n
     position: vectors  # r
     force: vectors  # external force per length, in space
+    moving: int  # 1: the membrane moves
+    lift: scalars  # V, velocity of the membrane along n; zero where it rests
+    tilt: scalars  # V_1 = (n×q)·∇V
 
     moment: vectors  # m = B(Ω − σ)
     shear: scalars  # K11 m1 + K12 m2

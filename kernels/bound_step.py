@@ -76,7 +76,7 @@ def increment_right_hand_side(f: Filaments, past: History):
 @wp.func
 def node_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
     """u of a node in its frame."""
-    return wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], real(0.0))
+    return wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], f.lift[rod, i])
 
 
 @wp.func

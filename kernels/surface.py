@@ -70,6 +70,14 @@ def gaussian(K: wp.vec3d) -> real:
     return K[0] * K[2] - K[1] * K[1]
 
 
+@wp.func
+def normal_motion(gradient: wp.vec3d, hessian: wp.mat33d, phi_t: real, gradient_t: wp.vec3d):
+    """V = −∂tφ/|∇φ|, the velocity of a moving surface along n, and ∇V."""
+    size = wp.length(gradient)
+    n = gradient / size
+    return -phi_t / size, (hessian * n) * (phi_t / (size * size)) - gradient_t / size
+
+
 @functools.cache
 def sampler(field: wp.Function) -> SimpleNamespace:
     """Kernels for one surface at points: ``.value`` φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""

@@ -192,3 +192,11 @@ def test_the_membrane_of_a_run():
     assert sensing.membrane_of(run).values == {"radius": 2.0}
     with pytest.raises(RunFolderError, match=r"no \[surface\]"):
         sensing.membrane_of(xr.DataTree(xr.Dataset(attrs={"scene": SWIMMER})))
+
+
+def test_a_moving_membrane_is_refused_and_a_moment_of_it_is_not():
+    moving = make("sphere", {"radius": "1.0 + 0.1*t"})
+    with pytest.raises(ValueError, match=r"surface\.at\(t\)"):
+        sensing.measure(ensemble(), moving, "enrichment")
+    area = sensing.measure(ensemble(gauss=np.ones((101, 3))), moving.at(2.0), "enrichment")["area_share"]
+    assert float(area.sel(side="positive")) == pytest.approx(1.0)

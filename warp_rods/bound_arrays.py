@@ -9,14 +9,14 @@ import numpy as np
 import warp as wp
 
 from warp_rods.kernels import bound_state, bound_step
-from warp_rods.kernels.layout import per_node, per_rod
+from warp_rods.kernels.layout import one_zero, per_node, per_rod
 
 VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
     *("geodesic", "shear", "load", "to_left", "to_right", "remainder"),
     *("tension", "along", "across", "rate"),
 )
-PER_ROD = ("energy", "dissipation", "growth_power", "gauss")
+PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "gauss")
 
 
 @dataclass
@@ -34,10 +34,13 @@ class Arrays:
     out: dict[str, wp.array]
 
 
-def allocate(parameters: dict[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], knots: Any, device) -> Arrays:
+def allocate(
+    parameters: dict[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], knots: Any, moving: bool, device
+) -> Arrays:
     """Arrays for filaments with these ``parameters`` {length: [rod], stiffness, intrinsic, drag: [rod, 3]}.
 
-    ``knots`` (time, length), each [rod, knot]: length against time. All else is zero.
+    ``knots`` (time, length), each [rod, knot]: length against time. ``moving``: whether the membrane does. All else
+    is zero.
     """
     count = len(parameters["length"])
     shape = (count, nodes)
@@ -54,6 +57,8 @@ def allocate(parameters: dict[str, np.ndarray], nodes: int, clamped: tuple[bool,
         setattr(f, name, per_node(*shape, wp.vec3d, device))
     for name in SCALARS:
         setattr(f, name, per_node(*shape, wp.float64, device))
+    f.moving = int(moving)
+    f.lift, f.tilt = ((per_node if moving else one_zero)(*shape, wp.float64, device) for _ in range(2))
     past.pace, past.clock = per_rod(1, wp.vec2d, device), per_rod(1, wp.float64, device)
     past.spin, past.velocity = per_rod(count, wp.vec3d, device), per_rod(count, wp.vec3d, device)
     past.failed_at = per_rod(count, wp.float64, device)

@@ -20,6 +20,11 @@ def check(rods: Any, position: np.ndarray, direction: np.ndarray, at: str, ends:
     for name, value, allowed in (("at", at, ("start", "middle")), *(("ends", e, ("free", "clamped")) for e in ends)):
         if value not in allowed:
             raise SceneError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+    if rods.surface.moving and "clamped" in ends:
+        raise SceneError(
+            "ends: must be free on a membrane that moves: how the site of a clamped end is carried along, and how its "
+            "tangent turns, is not said by φ"
+        )
     for name, lowest in (("length", 0.0), ("stiffness", 0.0), ("intrinsic", -np.inf), ("drag", 0.0)):
         values = getattr(rods, name)
         wrong = ~np.isfinite(values) | (values <= lowest)

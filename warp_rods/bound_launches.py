@@ -8,7 +8,7 @@ from warp_rods.bound_arrays import Arrays
 from warp_rods.kernels import bound_frames, bound_load, bound_measure, bound_rod, bound_rows, bound_step
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.recorded import Recorded
-from warp_rods.surfaces import Surface
+from warp_rods.surfaces import INSTANT, Surface
 
 
 class BoundLaunches:
@@ -18,7 +18,9 @@ class BoundLaunches:
         self.arrays = arrays
         self.rods, self.nodes = arrays.f.geodesic.shape
         self.device = arrays.f.geodesic.device
+        self._membrane = surface
         self._parameters = surface.device_parameters(self.device)
+        self._seen = 0.0  # the time at which they are
         self._surface = bound_frames.on_surface(surface.field)
         self.evaluate = Recorded(self._launch_evaluate, self.device)
         self.advance = Recorded(self._launch_advance, self.device)
@@ -33,9 +35,17 @@ class BoundLaunches:
         self._launch(self._surface.place, self.rods, f, self._parameters, node)
         self._launch(self._surface.rebuild, (self.rods, 2), f, self._parameters, node)
 
+    def membrane_at(self, time: float) -> None:
+        """Let what follows see the membrane as it is at a time; one that rests is there already."""
+        if self._membrane.moving and time != self._seen:
+            wp.copy(self._parameters, self._membrane.device_parameters(self.device, time))
+            self._seen = time
+
     def _launch_evaluate(self) -> None:
         a, f, grid = self.arrays, self.arrays.f, (self.rods, self.nodes)
         lower, diagonal, upper = a.bands[:3]
+        if self._membrane.moving:
+            self._launch(self._surface.motion, grid, f, self._parameters, 2 * INSTANT)
         self._launch(bound_rod.moments, grid, f)
         self._launch(bound_rod.transverse_loads, grid, f)
         self._launch(bound_rod.tangential_rows, grid, f)
@@ -65,5 +75,7 @@ class BoundLaunches:
         self._launch(bound_measure.orientations, grid, f, out["orientation"])
         self._launch(bound_load.normal_shears, grid, f, a.shear3)
         self._launch(bound_load.membrane_loads, grid, f, a.shear3, out["load"])
+        if self._membrane.moving:
+            self._launch(bound_load.membrane_powers, self.rods, f, a.shear3, out["membrane_power"])
         self._launch(bound_load.midpoint_gauss, self.rods, f, self.nodes // 2, out["gauss"])
         self._launch(self._surface.residuals, self.rods, f, self._parameters, out["residuals"])

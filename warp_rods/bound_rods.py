@@ -35,11 +35,12 @@ STATUS = {
 class BoundRods:
     """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
 
-    surface: from ``surfaces.make``. position, direction [rod, 3]: middle node (or ``at = "start"``, the first)
-    and tangent there, projected to the surface and its tangent plane. geodesic_curvature [rod, node] or a number.
-    length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or
-    one a rod. ends: "free" (D.59-D.61) or "clamped" for the first and last node. growth: see ``growth.knots``; tips
-    grow, a clamped end stays; nodes stay at fixed shares of the length. Lengths, forces, times in units of your choice.
+    surface: from ``surfaces.make``; on one that moves ends are free. position, direction [rod, 3] at t = 0: middle
+    node (or ``at = "start"``, the first) and tangent there, projected to the surface and its tangent plane.
+    geodesic_curvature [rod, node] or a number. length, stiffness B (twist, normal bending, geodesic bending),
+    intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all or one a rod. ends: "free" (D.59-D.61) or "clamped" for the first and
+    last node. growth: see ``growth.knots``; tips grow, a clamped end stays; nodes stay at fixed shares of the length.
+    Lengths, forces, times in units of your choice.
     Raises SceneError for impossible parameters, fewer than 9 nodes, a direction that is normal to the surface.
     """
 
@@ -81,7 +82,7 @@ class BoundRods:
 
     def _allocate(self) -> None:
         parameters = {name: getattr(self, name) for name in PARAMETERS}
-        self._arrays = allocate(parameters, self.nodes, self.clamped, self.growth, self.device)
+        self._arrays = allocate(parameters, self.nodes, self.clamped, self.growth, self.surface.moving, self.device)
         self._f, self._past = self._arrays.f, self._arrays.past
         self._run = BoundLaunches(self._arrays, self.surface)
 
@@ -98,6 +99,7 @@ class BoundRods:
         state["spacing"] = state["spacing"] / 2
         self._allocate()
         self._assign(state)
+        self._run.membrane_at(self.time)
         self._run.place(self._f.anchor)
 
     def _refine_if_coarse(self, until: float) -> None:
@@ -132,7 +134,8 @@ class BoundRods:
         self.set_step(dt)
         for _ in range(steps):
             self._refine_if_coarse(self.time + dt)
-            self._run.evaluate()
+            self.evaluate()
+            self._run.membrane_at(self.time + dt)
             self._run.advance()
             self.time += dt
 
@@ -143,7 +146,8 @@ class BoundRods:
             self._dt = dt
 
     def evaluate(self) -> None:
-        """Make tension, velocities and rates those of the present shape and force."""
+        """Make tension, velocities and rates those of the present shape, force and membrane."""
+        self._run.membrane_at(self.time)
         self._run.evaluate()
 
     @property
@@ -199,7 +203,7 @@ class BoundRods:
     def variables(self) -> dict[str, np.ndarray]:
         """The present state as the trajectory keeps it: names and shapes of ``saved``, without the steric energy."""
         f, out = self._f, self._arrays.out
-        self._run.evaluate()
+        self.evaluate()
         self._run.measure()
         every = (self.nodes - 1) // (self._saved_nodes - 1)  # a refined ensemble is saved at the nodes it began with
         constraint, orthogonality, arc_length = to_host(out["residuals"]).T
@@ -212,6 +216,7 @@ class BoundRods:
             "energy": to_host(out["energy"]),
             "dissipation": to_host(out["dissipation"]),
             "growth_power": to_host(out["growth_power"]),
+            "membrane_power": to_host(out["membrane_power"]),
             "length": to_host(f.spacing) * (self.nodes - 1),
             "status": self.status,
             "gauss": to_host(out["gauss"]),

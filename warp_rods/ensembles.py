@@ -23,6 +23,8 @@ SWIMMER_STEP = 1e-3
 """Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
 FINE_ENOUGH = 0.3
 """Radians of bending a cell up to which second order means about a per cent."""
+LIMIT_TIMES = 5
+"""Times of a run at which a moving membrane is looked at for bounds of the step and of the nodes."""
 LIMIT_SAMPLES = 400
 """Points of the surface at which the orientation stiffness is looked at."""
 
@@ -63,7 +65,9 @@ def lay_out(scene: Scene, device) -> Layout:
 def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
     surface, scene = layout.surface, layout.scene
     assert surface is not None  # the scene is refused without one
-    _check_length(surface, table)
+    times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
+    for time in times:
+        _check_length(surface.at(time), table)
 
     def build(position: np.ndarray, direction: np.ndarray, rods: slice = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
@@ -84,9 +88,13 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
         turn = each_node(p.geodesic_curvature, table.count, table.nodes)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=turn)
     layout.ensembles[table.name] = rods
-    points = placement.uniform_points(surface, LIMIT_SAMPLES, np.random.default_rng(0))
-    layout.limits[table.name] = filament_limits(surface, points, rods)
-    layout.warnings += _unresolved(surface, table, points)
+    limits, coarse = [], []
+    for now in map(surface.at, times):
+        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
+        limits.append(filament_limits(now, points, rods))
+        coarse += _unresolved(now, table, points)
+    layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
+    layout.warnings += coarse[-1:]
     if scene.steric:
         drag = float(rods.drag[:, 1].min())
         layout.limits[f"{table.name} (steric)"] = steric_limit(scene.steric.strength, scene.steric.core, drag)

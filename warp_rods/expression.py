@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import formula
+from warp_rods import formula, in_time
 from warp_rods.field_source import field_source
 from warp_rods.kernels.surface import written_field
 from warp_rods.surface_kinds import Shape, Values
@@ -82,17 +82,21 @@ def _box(value: Any, faults: Faults) -> tuple[tuple[float, float], ...]:
     return tuple((float(low), float(high)) for low, high in rows)
 
 
-def _parameters(value: Any, faults: Faults) -> dict[str, float]:
-    """Those that can be used; names are checked first, since phi is read with them."""
+def _parameters(value: Any, faults: Faults) -> dict[str, Any]:
+    """Those that can be used, numbers or texts in t; names are checked first, since phi is read with them."""
     if not isinstance(value, Mapping) or len(value) > MOST_PARAMETERS:
         faults.append((("parameters",), f": must be a table of numbers by name, {MOST_PARAMETERS} at most"))
         return {}
-    kept = {}
+    kept: dict[str, Any] = {}
     for name, number in value.items():
         if not formula.usable_name(name):
             faults.append((("parameters", name), ": must be called otherwise: letters, digits and _, no name in use"))
+        elif isinstance(number, str):
+            kept[name] = number.strip()
+            if wrong := in_time.fault(kept[name]):
+                faults.append((("parameters", name), f": must be a number, or a text in t: {wrong}"))
         elif not _is_number(number):
-            faults.append((("parameters", name), ": must be a number"))
+            faults.append((("parameters", name), ": must be a number, or a text in t"))
         else:
             kept[name] = float(number) + 0.0
     return kept

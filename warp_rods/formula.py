@@ -1,5 +1,7 @@
 """φ as text: read through a whitelist of Python's syntax tree, never evaluated, into a SymPy expression.
 
+So is a text in t, for a number of φ that changes with time.
+
 Allowed: numbers, pi, x, y, z, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
 where they are defined. Lengths, depths, powers and degrees are capped, so that no text takes long to read.
 """
@@ -7,6 +9,7 @@ where they are defined. Lengths, depths, powers and degrees are capped, so that 
 from __future__ import annotations
 
 import ast
+import functools
 import keyword
 import math
 import operator
@@ -37,6 +40,8 @@ ALLOWED = (
     + ", ".join(f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS))
 )
 
+ALLOWED_IN_TIME = ALLOWED.replace("x, y, z, the names in parameters", "t")
+
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -64,8 +69,8 @@ def read(text: str, names: Sequence[str]) -> sympy.Expr:
 
     symbols = {name: sympy.Symbol(f"x{i}") for i, name in enumerate(COORDINATES)}
     symbols |= {name: sympy.Symbol(f"p{i}") for i, name in enumerate(names)}
-    reader = _Reader(symbols)
-    expression, _degree = reader.part(_tree(text), 0)
+    reader = _Reader(symbols, ALLOWED)
+    expression, _degree = reader.part(_tree(text, ALLOWED), 0)
     if unused := [name for name in names if name not in reader.used]:
         raise FormulaError(f"parameters.{unused[0]} does not occur in it")
     if not reader.used & set(COORDINATES):
@@ -73,25 +78,42 @@ def read(text: str, names: Sequence[str]) -> sympy.Expr:
     return sympy.sympify(expression)
 
 
-def _tree(text: str) -> ast.expr:
+@functools.lru_cache(maxsize=64)
+def in_time(text: str) -> Callable[[float], float]:
+    """The function of time that a text in t gives; the text is read once, under the same whitelist.
+
+    Raises FormulaError for the first thing in it that is not allowed, and where t does not occur; the function
+    raises it at a time at which the text has no value.
+    """
+    import sympy
+
+    tree = _tree(text.strip(), ALLOWED_IN_TIME)
+    reader = _Reader({"t": sympy.Symbol("t")}, ALLOWED_IN_TIME)
+    reader.part(tree, 0)
+    if "t" not in reader.used:
+        raise FormulaError("t does not occur in it; a number that rests is written without quotes")
+    return lambda time: float(_Reader({"t": float(time)}, ALLOWED_IN_TIME).part(tree, 0)[0])
+
+
+def _tree(text: str, allowed: str) -> ast.expr:
     if len(text) > MOST_CHARACTERS:
         raise FormulaError(f"{len(text)} characters; at most {MOST_CHARACTERS}")
     if "#" in text:
-        raise FormulaError(f"column {text.index('#') + 1}: no comments here; {ALLOWED}")
+        raise FormulaError(f"column {text.index('#') + 1}: no comments here; {allowed}")
     try:
         # Line breaks of a long TOML string mean nothing here.
         return ast.parse(text.replace("\n", " ").replace("\r", " "), mode="eval").body
     except SyntaxError as error:
-        raise FormulaError(f"column {error.offset or len(text) + 1}: {error.msg}; {ALLOWED}") from None
+        raise FormulaError(f"column {error.offset or len(text) + 1}: {error.msg}; {allowed}") from None
     except (ValueError, RecursionError, MemoryError):
-        raise FormulaError(f"it cannot be read; {ALLOWED}") from None
+        raise FormulaError(f"it cannot be read; {allowed}") from None
 
 
 class _Reader:
     """Turns allowed parts into SymPy, or into floats while they are numbers, and keeps count."""
 
-    def __init__(self, symbols: Mapping[str, Any]):
-        self.symbols, self.used, self.count = symbols, set[str](), 0
+    def __init__(self, symbols: Mapping[str, Any], allowed: str):
+        self.symbols, self.allowed, self.used, self.count = symbols, allowed, set[str](), 0
 
     def part(self, node: ast.expr, depth: int) -> tuple[Any, float]:
         """An expression, or a float, and a bound of its degree."""
@@ -115,7 +137,7 @@ class _Reader:
         raise self._refused(node, _said(node))
 
     def _refused(self, node: ast.expr, what: str) -> FormulaError:
-        return FormulaError(f"column {node.col_offset + 1}: {what}; {ALLOWED}")
+        return FormulaError(f"column {node.col_offset + 1}: {what}; {self.allowed}")
 
     def _finite(self, node: ast.expr, compute: Callable[[], float]) -> float:
         try:

@@ -35,6 +35,23 @@ def triangulate(surface: Surface, cells: int = 96) -> Mesh:
     return Mesh(points, normals, _outward(points, normals, indices.numpy().reshape(-1, 3)))
 
 
+def follow(mesh: Mesh, surface: Surface) -> tuple[Mesh, int]:
+    """A mesh carried along the normals onto a surface that has moved a little, and how many points lost it.
+
+    The triangles stay the same; a lost point, one that would have to go further than a tenth of the box, stays too.
+    """
+    low, high = surface.box
+    size = float(np.linalg.norm(high - low))
+    with np.errstate(all="ignore"):  # a point that is lost may overflow
+        points = surface.project(mesh.points)
+        off = np.abs(surface.phi(points)) / np.linalg.norm(surface.gradient(points), axis=-1)
+        lost = ~((off < 1e-6 * size) & (np.linalg.norm(points - mesh.points, axis=-1) < 0.1 * size))
+        points = points if surface.closed else np.clip(points, low, high)  # the rim stays on the box
+        points = np.where(lost[:, None], mesh.points, points)
+        normals = np.where(lost[:, None], mesh.normals, surface.normal(points))
+    return Mesh(points, normals, mesh.triangles), int(lost.sum())
+
+
 def _outward(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The triangles that are not degenerate, wound so that they face along the normals."""
     a, b, c = np.moveaxis(points[triangles], 1, 0)

@@ -16,7 +16,7 @@ from .scene_checks import Faults, Table, fault, key_path, plain, shown
 from .scene_ensembles import Filaments, Swimmers
 from .scene_tables import Steric, Surface, Time, Units
 from .scene_toml import document
-from .surfaces import KINDS
+from .surfaces import KINDS, faults_in_time
 
 
 class Scene(Table):
@@ -89,6 +89,10 @@ class Scene(Table):
         if raw.get("filaments") and "surface" not in raw:
             text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(KINDS)}"
             faults.append(fault(("surface",), raw, text))
+        if "surface" in good and "time" in good:
+            values = {key: value for key, value in good["surface"].items() if key != "kind"}
+            found = faults_in_time(good["surface"]["kind"], values, good["time"]["end"])
+            faults += [fault(("surface",), raw, text) for text in found]
         return faults
 
 

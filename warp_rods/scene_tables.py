@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import ConfigDict, Field, PlainValidator
 
-from .scene_checks import Faults, Table, a_number, fault, nearest, number, refuse, row, shown, wrong
+from . import formula, in_time
+from .scene_checks import RULES, Faults, Table, a_number, fault, nearest, number, refuse, row, shown, wrong
 from .surfaces import GIVEN, KINDS, SURFACES, Parameter, read
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
@@ -57,7 +58,7 @@ def _surface_parameters(data: dict[str, Any]) -> tuple[dict[str, Any], Faults]:
         faults.append(fault((name,), data[name], text))
     for name, parameter in known.items():
         values[name] = _surface_parameter(name, parameter, data, faults)
-    if not faults and (impossible := SURFACES[kind].check(values)):
+    if not faults and (impossible := SURFACES[kind].check(in_time.at(values, 0.0))):
         faults.append(fault((), data, f": {impossible}"))
     return values, faults
 
@@ -70,11 +71,27 @@ def _surface_parameter(name: str, parameter: Parameter, data: dict[str, Any], fa
         faults.append(fault((name,), data, f": missing; must be {allowed}"))
         return None
     if parameter.size == 1:
-        read: Any = number(value, parameter.allowed, (name,), mine)
+        read: Any = _number_in_time(value, parameter.allowed, (name,), mine)
+    elif isinstance(value, (list, tuple)) and len(value) == parameter.size:
+        read = tuple(_number_in_time(v, parameter.allowed, (name, i), mine) for i, v in enumerate(value))
     else:
         read = row(value, (parameter.allowed,) * parameter.size, (name,), mine)
-    faults += [fault(f["loc"], f["input"], f" = {shown(f['input'])}: must be {allowed}") for f in mine]
+    for f in mine:
+        said = f["type"].message() if isinstance(f["input"], str) else ""  # type: ignore[union-attr]
+        text = f" = {shown(f['input'])}: must be {allowed}{said and ', ' + said}"
+        faults.append(fault(f["loc"], f["input"], text))
     return read
+
+
+def _number_in_time(value: Any, rule: str, loc: tuple, faults: Faults) -> Any:
+    """A number that keeps the rule, or a text in t that does at t = 0; adds a fault where it is neither."""
+    if not isinstance(value, str):
+        return number(value, rule, loc, faults)
+    if said := in_time.fault(value):
+        faults.append(wrong(loc, value, f"or a text in t: {said}"))
+    elif not RULES[rule](formula.in_time(value)(0.0)):
+        faults.append(wrong(loc, value, f"is {formula.in_time(value)(0.0):g} at t = 0"))
+    return value.strip()
 
 
 class Steric(Table):

@@ -38,6 +38,12 @@ def membrane_of(run: xr.DataTree) -> Surface:
     return make(surface.kind, surface.parameters)
 
 
+def _at_rest(surface: Surface) -> None:
+    """Raises ValueError for a moving membrane, whose area is another in each frame."""
+    if surface.moving:
+        raise ValueError("this membrane moves: give surface.at(t), and the frames of that time")
+
+
 def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence[float] = 21) -> xr.Dataset:
     """How the Gaussian curvatures under the midpoints are spread, against how they are over the area.
 
@@ -46,6 +52,7 @@ def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence
     ``gauss_low(bin)`` to ``gauss_high(bin)``, and ``gauss_mean(frame)``, ``gauss_area_mean``. Where
     edges leave values out, the shares add up to less than one.
     """
+    _at_rest(surface)
     mesh = triangulate(surface)
     over_area, sampled = curvatures(surface, mesh.points).gaussian, _gauss(data)
     edges = _edges(np.concatenate([over_area, sampled.values[np.isfinite(sampled.values)]]), bins)
@@ -70,6 +77,7 @@ def enrichment(data: xr.Dataset, surface: Surface) -> xr.Dataset:
     there is none), with its bootstrap interval ``enrichment_low``, ``enrichment_high``; ``area_share(side)``.
     Where all filaments are on one side, no resample shows another: the interval has no width.
     """
+    _at_rest(surface)
     mesh = triangulate(surface)
     over_area, gauss = curvatures(surface, mesh.points), _gauss(data)
     zero = _ZERO * float(np.max(over_area.principal**2))

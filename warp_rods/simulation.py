@@ -83,6 +83,7 @@ class Simulation:
         self._known_failures: set[tuple[str, int]] = set()
         layout = ensembles.lay_out(scene, self.device)
         self.ensembles, self.notes = layout.ensembles, layout.notes
+        self._membrane_works = layout.surface is not None and layout.surface.moving
         self._neighbours = self._build_neighbours()
         self.step_size, self.warnings = self._choose_step(layout.limits)
         self.warnings += layout.warnings
@@ -165,7 +166,12 @@ class Simulation:
         return found
 
     def _watch_energy(self, found: dict[str, dict[str, np.ndarray]]) -> None:
-        """Passive filaments only lose energy, their sterics' included; where there are none, each of them does."""
+        """Passive filaments only lose energy, their sterics' included; where there are none, each of them does.
+
+        On a moving membrane they need not.
+        """
+        if self._membrane_works:
+            return
         passive = {name: v for name, v in found.items() if "power" not in v and not v["growth_power"].any()}
         if self._neighbours and len(passive) < len(found):
             return

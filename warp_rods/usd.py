@@ -18,17 +18,16 @@ import numpy as np
 import xarray as xr
 
 from .errors import RunFolderError
-from .membrane import Curvatures, curvatures, triangulate
 from .scene import Scene
 from .surfaces import make
 from .trajectory import open_run
-from .usd_curves import bind, draw_rods, sampled
+from .usd_curves import draw_rods, sampled
 from .usd_load import draw_loads
 from .usd_look import COLOUR_MAP, add_camera_and_lights, add_materials
+from .usd_membrane import draw_membrane
 
 _FRAMES_PER_SECOND = 24
 _QUANTILES = (0.02, 0.98)
-_SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
 def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
@@ -71,7 +70,9 @@ def _new_stage(run: xr.DataTree, scene: Scene) -> Any:
     membrane_look, energy_look = add_materials(stage)
     in_view = []
     if scene.surface:
-        in_view.append(_draw_membrane(stage, scene, membrane_look))
+        surface = make(scene.surface.kind, scene.surface.parameters)
+        times = next(iter(ensembles.values())).time.values
+        in_view.append(draw_membrane(stage, surface, times, membrane_look))
         draw_loads(stage, ensembles, float(np.ptp(in_view[0], axis=0).max()), energy_look)
     for name, data in ensembles.items():
         box = draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_look)
@@ -100,46 +101,8 @@ def _radius(scene: Scene, data: xr.Dataset) -> float:
     """Half the steric core where there is one: so rods touch as drawn where they do. Else a slender rod."""
     if scene.steric:
         return scene.steric.core / 2
-    steps = np.diff(data.position.isel(frame=0).values, axis=1)
-    return float(np.linalg.norm(steps, axis=-1).sum(axis=1).mean() / 60)
-
-
-def _draw_membrane(stage: Any, scene: Scene, look: Any) -> np.ndarray:
-    """The mesh of the scene's surface; its points."""
-    from pxr import UsdGeom, Vt
-
-    assert scene.surface
-    surface = make(scene.surface.kind, scene.surface.parameters)
-    points, normals, triangles = triangulate(surface)
-    mesh = UsdGeom.Mesh.Define(stage, "/World/Membrane")
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateDoubleSidedAttr(True)
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals.astype(np.float32)))
-    mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(triangles), 3, np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.ravel().astype(np.int32)))
-    extent = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float32)
-    mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent))
-    _add_curvatures(mesh, curvatures(surface, points))
-    bind(mesh, look)
-    return points
-
-
-def _add_curvatures(mesh: Any, found: Curvatures) -> None:
-    """What the membrane's own bending is, at each point of its mesh."""
-    from pxr import Sdf, UsdGeom, Vt
-
-    kinds, both = Sdf.ValueTypeNames, found.principal
-    rows = (
-        ("principalCurvatures", kinds.Float2Array, Vt.Vec2fArray, both, f"1/length, {_SIGN}; ascending"),
-        ("gaussianCurvature", kinds.FloatArray, Vt.FloatArray, found.gaussian, "1/length^2, their product"),
-        ("meanCurvature", kinds.FloatArray, Vt.FloatArray, found.mean, f"1/length, H = −∇·n/2, {_SIGN}"),
-    )
-    for name, kind, array, values, documentation in rows:
-        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, kind, UsdGeom.Tokens.vertex)
-        primvar.Set(array.FromNumpy(values.astype(np.float32)))
-        primvar.GetAttr().SetDocumentation(documentation)
+    steps = np.diff(data.position.isel(frame=-1).values, axis=1)  # a growing one is longest at the end
+    return float(np.nanmean(np.linalg.norm(steps, axis=-1).sum(axis=1)) / 60)  # of those that did not fail
 
 
 def _within(box: np.ndarray, seen: list[np.ndarray]) -> bool:

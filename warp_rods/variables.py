@@ -62,6 +62,9 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
     "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
     "growth_power": Variable(_ROD, "float64", "force*length/time", "energy that growth brings in", "dL/dt e(tip)"),
+    "membrane_power": Variable(
+        _ROD, "float64", "force*length/time", "power of a moving membrane", "docs/moving_membranes.md"
+    ),
     "gauss": Variable(_ROD, "float64", "1/length^2", "Gaussian curvature at the midpoint", "K11 K22 − K12²"),
     "load": Variable(
         _VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)"

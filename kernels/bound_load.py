@@ -74,9 +74,10 @@ def normal_shears(f: Filaments, shear3: scalars):
 
 
 @wp.kernel
-def membrane_loads(f: Filaments, shear3: scalars, load: vectors):
-    """Force per length on the membrane, in space, at nodes."""
+def membrane_loads(f: Filaments, shear3: scalars, load: vectors, load_moment: scalars):
+    """Force per length on the membrane in space, and moment per length about the tangent, at nodes."""
     rod, i = wp.tid()
+    load_moment[rod, i] = orientation_moment(f, rod, i)
     load[rod, i] = f.rotation[rod, i] * membrane_load(f, shear3, rod, i)
 
 

@@ -56,6 +56,28 @@ def test_whole_filament_balances_to_second_order(refined):
     assert order(np.array(NODES) - 1, errors) == pytest.approx(np.full(2, 2.0), abs=0.2)
 
 
+def torque_residual(rods, b, nodes) -> float:
+    """|[Rm + r×Rλ⃗] − ∫ (χ + ζr ω0) q − r×(f − load − ζu) ds|: the moments on one rod about the origin."""
+    inner, outer, R, h = forces(rods, b, nodes)
+    values, q = rods.variables(), R[:, :, 0]
+    r, m = values["position"][b], np.einsum("nij,nj->ni", R, read(rods, "moment")[b])
+    state, rod, K = twin_state(rods, b), twin_rod("torus", b, nodes), read(rods, "curvature")[b]
+    u1, u2 = (drag_force(rods, b, rod, state) / [rod.drag[0], rod.drag[1], 1.0]).T[:2]
+    couple = values["load_moment"][b] + rod.drag[2] * (K[:, 1] * u1 + K[:, 2] * u2)
+    through = m + np.cross(r, inner)
+    return np.linalg.norm(through[-1] - through[0] - twin.total(couple[:, None] * q - np.cross(r, outer), h))
+
+
+def test_torques_on_a_whole_filament_balance_to_second_order(device):
+    turns = [compatible_turn("torus", rod) for rod in range(len(LENGTH))]
+    errors = []
+    for nodes in NODES:
+        rods = smooth_filaments("torus", nodes, device, turns)
+        rods.evaluate()
+        errors.append([torque_residual(rods, b, nodes) for b in range(rods.count)])
+    assert order(np.array(NODES) - 1, errors) == pytest.approx(np.full(2, 2.0), abs=0.2)
+
+
 def test_great_circle_at_rest_pulls_its_membrane_outwards(device):
     """Bent more than it prefers, m2 > 0: λ = −m2/R, load = m2/R² along n, and nothing moves.
 

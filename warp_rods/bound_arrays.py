@@ -78,6 +78,7 @@ def allocate(
             "residuals": per_rod(count, wp.vec3d, device),
             "energy_density": per_node(*shape, wp.float64, device),
             "load": per_node(*shape, wp.vec3d, device),
+            "load_moment": per_node(*shape, wp.float64, device),
             "orientation": per_node(*shape, wp.quatd, device),
         },
     )

@@ -74,7 +74,7 @@ class BoundLaunches:
         self._launch(bound_measure.energies, self.rods, f, out["energy_density"], *powers)
         self._launch(bound_measure.orientations, grid, f, out["orientation"])
         self._launch(bound_load.normal_shears, grid, f, a.shear3)
-        self._launch(bound_load.membrane_loads, grid, f, a.shear3, out["load"])
+        self._launch(bound_load.membrane_loads, grid, f, a.shear3, out["load"], out["load_moment"])
         if self._membrane.moving:
             self._launch(bound_load.membrane_powers, self.rods, f, a.shear3, out["membrane_power"])
         self._launch(bound_load.midpoint_gauss, self.rods, f, self.nodes // 2, out["gauss"])

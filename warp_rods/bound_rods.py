@@ -221,6 +221,7 @@ class BoundRods:
             "status": self.status,
             "gauss": to_host(out["gauss"]),
             "load": to_host(out["load"])[:, ::every],
+            "load_moment": to_host(out["load_moment"])[:, ::every],
             "constraint": constraint,
             "orthogonality": orthogonality,
             "arc_length": arc_length,

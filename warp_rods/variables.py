@@ -69,6 +69,9 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     "load": Variable(
         _VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)"
     ),
+    "load_moment": Variable(
+        _NODE, "float32", "force", "moment on the membrane per length, about the tangent", "χ of (5.31), (D.33)"
+    ),
     "constraint": Variable(_ROD, "float64", "length", "worst distance to the membrane", "max |φ|/|∇φ|"),
     "orthogonality": Variable(_ROD, "float64", "1", "worst tangent out of the membrane", "max |q·n|"),
     "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", ""),

@@ -185,3 +185,49 @@ def test_swimmers_start_where_they_are_placed_and_swim(tmp_path):
     assert (np.linalg.norm(data.position[-1, :, 32] - data.position[0, :, 32], axis=-1) > 0.01).all()
     (line,) = Simulation(Scene.parse({**tables, "time": {"end": 1.0, "step": 0.01, "save_every": 0.1}})).warnings
     assert "time.step = 0.01 is above 0.001" in line and "cells" in line
+
+
+CELL = {"name": "cells", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
+STERIC = {"strength": 1e-3, "range": 0.03, "core": 0.05}
+
+
+def test_swimmers_and_filaments_push_each_other(tmp_path):
+    """Swimmers at three near points on a line push each other apart, and an ensemble of filaments beside them."""
+    placed = {"placement": {"position": [[0, 0, 0], [0, 0.04, 0], [0, 0.08, 0]]}, "shape": {"kind": "straight"}}
+    plane = {"kind": "plane"}
+    filament = {**SCENE["filaments"][0], "count": 1, "intrinsic": [0, 0, 0]}
+    placed_filament = {"placement": {"position": [[0, -0.04, 0]], "direction": [[1, 0, 0]]}}
+    time = {"end": 0.1, "step": 1e-3, "save_every": 0.05}
+    tables = {"surface": plane, "swimmers": [{**CELL, **placed}], "filaments": [{**filament, **placed_filament}]}
+    data = runner.run(Scene.parse({**tables, "steric": STERIC, "time": time}), tmp_path / "run", device="cpu").data
+    middles = data["cells"]["position"][:, :, 16, 1].to_numpy()
+    assert (np.diff(middles[-1]) > np.diff(middles[0])).all()
+    assert float(data["convex"]["position"][-1, 0, 8, 1]) < -0.04
+    assert (data["cells"]["steric_energy"] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"swimmers": [{**CELL, "symmetric": True}], "steric": STERIC}, "symmetric = true"),
+        ({"swimmers": [{**CELL, "symmetric": True, "shape": {"kind": "mode", "mode": 1}}]}, "lacks the symmetry"),
+        ({"swimmers": [{**CELL, "symmetric": True, "flagella": {"profile": "uniform"}}]}, "the flagella at the start"),
+        (
+            {
+                "surface": SCENE["surface"],
+                "filaments": [{**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.01}}],
+            },
+            r"growth\.spacing = 0\.01",
+        ),
+    ],
+)
+def test_what_does_not_go_together_is_said_before_anything_is_written(tmp_path, tables, said):
+    with pytest.raises(SceneError, match=said):
+        runner.run(Scene.parse({**tables, "time": {"end": 0.1, "step": 1e-3}}), tmp_path / "none", device="cpu")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_filament_that_is_remeshed_at_once_runs(tmp_path):
+    growing = {**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 16 + 1e-6}}
+    tables = {"surface": SCENE["surface"], "filaments": [growing], "time": {"end": 0.01, "step": 5e-4}}
+    assert runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17

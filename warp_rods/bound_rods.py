@@ -16,13 +16,14 @@ from warp_rods.bound_launches import BoundLaunches
 from warp_rods.errors import SceneError
 from warp_rods.kernels import bound_step
 from warp_rods.kernels.layout import to_host
-from warp_rods.per_rod import each_rod
+from warp_rods.per_rod import check_step, each_rod, vectors
 from warp_rods.surfaces import Surface
 from warp_rods.variables import FILAMENT_VARIABLES
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate")
 HISTORY = ("pace", "clock", "geodesic", "rate", "spin", "velocity", "failed_at")
 PARAMETERS = ("length", "stiffness", "intrinsic", "drag")
+MOST_NODES = 100_000
 STATUS = {
     bound_step.WELL: "well",
     bound_step.NOT_FINITE: "became non-finite",
@@ -75,6 +76,8 @@ class BoundRods:
         check(self, position, direction, at, ends)
         self.growth = growing.knots(growth, self.length)
         self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
+        if (self.length / (nodes - 1) > self.largest_spacing).any():
+            raise SceneError(f"growth.spacing = {self.largest_spacing:g}: Δs is more at the start; use more nodes")
         self.time = self._dt = 0.0
         self._saved_nodes = nodes
         self._allocate()
@@ -88,6 +91,8 @@ class BoundRods:
 
     def refine(self) -> None:
         """Put a node between each two: shape and history by cubic splines, so that the next steps keep their order."""
+        if 2 * self.nodes > MOST_NODES:
+            raise SceneError(f"growth.spacing = {self.largest_spacing:g}: needs more than {MOST_NODES} nodes a rod")
         state, coarse = self.state(), np.linspace(0.0, 1.0, self.nodes)
         self.nodes = 2 * self.nodes - 1
         self.middle = self.nodes // 2
@@ -129,8 +134,7 @@ class BoundRods:
 
         A change of ``dt`` keeps the order: the coefficients follow the ratio of the steps.
         """
-        if not dt > 0:
-            raise SceneError(f"dt = {dt}: must be positive")
+        check_step(dt, steps)
         self.set_step(dt)
         for _ in range(steps):
             self._refine_if_coarse(self.time + dt)
@@ -172,7 +176,7 @@ class BoundRods:
 
     @force.setter
     def force(self, value: np.ndarray) -> None:
-        self._f.force.assign(np.ascontiguousarray(np.broadcast_to(value, (self.count, self.nodes, 3)), dtype=float))
+        self._f.force.assign(vectors(value, self.count, self.nodes))
 
     @property
     def position(self) -> np.ndarray:
@@ -239,8 +243,10 @@ class BoundRods:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go back to a ``state`` of an ensemble of the same shape and parameters."""
-        while self.nodes < state["geodesic"].shape[1]:
-            self.refine()
+        if self.nodes != state["geodesic"].shape[1]:
+            self.nodes = state["geodesic"].shape[1]
+            self.middle = self.nodes // 2
+            self._allocate()
         self._assign(state)
 
     def _assign(self, state: dict[str, np.ndarray]) -> None:

@@ -16,7 +16,7 @@ from warp_rods.free_readings import FreeReadings
 from warp_rods.kernels.free_motion import NOT_FINITE, TOO_BENT
 from warp_rods.kernels.free_output import force_field
 from warp_rods.kernels.layout import to_host
-from warp_rods.per_rod import each_rod
+from warp_rods.per_rod import check_step, each_rod, vectors
 from warp_rods.swimmer_shapes import from_midpoint, initial_strain
 from warp_rods.variables import SWIMMER_VARIABLES
 
@@ -93,6 +93,8 @@ class FreeRods(FreeReadings):
         strain = initial_strain(shape, self.nodes, self._values)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes))
+        if self.symmetric:
+            _check_symmetry(bishop, strain[..., 0], _filled(activity, (self.count, self.nodes)))
         now, midpoint = self._arrays.now, self._arrays.midpoint
         now.bending.assign(np.stack([bishop.real, bishop.imag], axis=-1))
         now.twist.assign(np.ascontiguousarray(strain[..., 0]))
@@ -110,6 +112,7 @@ class FreeRods(FreeReadings):
 
         A change of ``dt`` keeps the order: the coefficients follow the ratio of the steps.
         """
+        check_step(dt, steps)
         self.set_step(dt)
         for _ in range(steps):
             self._ask()
@@ -137,7 +140,7 @@ class FreeRods(FreeReadings):
 
     @force.setter
     def force(self, value: np.ndarray) -> None:
-        self.force_array.assign(_filled(value, (self.count, self.nodes, 3)))
+        self.force_array.assign(vectors(value, self.count, self.nodes))
 
     @property
     def force_array(self) -> wp.array:
@@ -197,6 +200,18 @@ class FreeRods(FreeReadings):
     def parameters(self, rod: int) -> dict[str, float]:
         """What distinguishes one rod, to name it by."""
         return {name: float(values[rod]) for name, values in self._values.items()}
+
+
+def _check_symmetry(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> None:
+    """Raises SceneError for a start without the parities of C.49: k(−s) = −k̄(s), τ even, f odd."""
+    odd = {
+        "shape": np.abs(bending[:, ::-1] + bending.conj()).max() / max(np.abs(bending).max(), 1e-300),
+        "shape (twist)": np.abs(twist[:, ::-1] - twist).max() / max(np.abs(twist).max(), 1e-300),
+        "flagella": np.abs(activity[:, ::-1] + activity).max(),
+    }
+    for name, residual in odd.items():
+        if residual > 1e-9:
+            raise SceneError(f"symmetric = true: the {name} at the start lacks the symmetry (C.49); even modes have it")
 
 
 def _parameter(name: str, value: Any, count: int) -> np.ndarray:

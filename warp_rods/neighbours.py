@@ -39,6 +39,9 @@ class Neighbours:
     def __init__(self, ensembles: Sequence[Crowd], strength: float, range: float, core: float, device=None):
         self.strength, self.range, self.core = strength, range, core
         self._ensembles, self._device = list(ensembles), wp.get_device(device)
+        # Asked for here and not under capture: an ensemble may have to make room for forces, and then lay out frames.
+        forces = [e.force_array for e in self._ensembles]
+        self._arrays = [(e.position_array, e.spacing_array, f) for e, f in zip(self._ensembles, forces, strict=True)]
         sizes = [e.count * e.nodes for e in self._ensembles]
         self._first = [0, *np.cumsum(sizes).tolist()]
         self._cloud = self._allocate(self._first[-1])
@@ -67,14 +70,14 @@ class Neighbours:
 
     def _launch(self) -> None:
         cloud, device = self._cloud, self._device
-        for first, e in zip(self._first, self._ensembles, strict=False):
-            inputs = [e.position_array, e.spacing_array, first, self.core, cloud]
-            wp.launch(steric.pack, dim=(e.count, e.nodes), inputs=inputs, device=device)
+        for first, (position, spacing, _) in zip(self._first, self._arrays, strict=False):
+            inputs = [position, spacing, first, self.core, cloud]
+            wp.launch(steric.pack, dim=position.shape, inputs=inputs, device=device)
         self._grid.build(cloud.position, wp.float64(steric.REACH * self.range))
         inputs = [self._grid.id, cloud, self.strength, self.range, self.core]
         wp.launch(steric.gather, dim=self._first[-1], inputs=inputs, device=device)
-        for first, e in zip(self._first, self._ensembles, strict=False):
-            wp.launch(steric.unpack, dim=(e.count, e.nodes), inputs=[cloud, first, e.force_array], device=device)
+        for first, (_, _, force) in zip(self._first, self._arrays, strict=False):
+            wp.launch(steric.unpack, dim=force.shape, inputs=[cloud, first, force], device=device)
 
     def energies(self) -> list[np.ndarray]:
         """Each ensemble's steric energy [rod] as of the last ``apply``: a pair's energy is shared by halves."""

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods.errors import SceneError
+
 
 def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
     """One value a rod: [count], or with a size [count, size], from one value for all rods or one for each.
@@ -28,3 +30,19 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
     if len(rows) != count:
         raise ValueError(f"{len(rows)} rows do not fit {count} rods")
     return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])
+
+
+def vectors(values: Any, count: int, nodes: int) -> np.ndarray:
+    """A force [count, nodes, 3] from one vector for all nodes or from values of that shape; SceneError otherwise."""
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape not in ((3,), (count, nodes, 3)):
+        raise SceneError(f"force: must be one vector, or {(count, nodes, 3)} [rod, node, 3]; has shape {given.shape}")
+    return np.ascontiguousarray(np.broadcast_to(given, (count, nodes, 3)))
+
+
+def check_step(dt: float, steps: int) -> None:
+    """Raises SceneError for a step that is no positive time, or a negative number of steps."""
+    if not 0 < dt < np.inf:
+        raise SceneError(f"dt = {dt}: must be positive")
+    if steps < 0:
+        raise SceneError(f"steps = {steps}: must be 0 or more")

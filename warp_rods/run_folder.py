@@ -28,6 +28,8 @@ class RunFolder:
 
     def __init__(self, path: Path, writer: TrajectoryWriter, lock: int):
         self.path, self.writer, self._lock = path, writer, lock
+        self.checkpointed = writer.frames - 1
+        """The frame that a restart goes on from."""
 
     def __enter__(self) -> RunFolder:
         return self
@@ -94,6 +96,7 @@ class RunFolder:
             os.fsync(file.fileno())
         partial.replace(self.path / CHECKPOINT)
         os.fsync(self._lock)
+        self.checkpointed = int(state["frame"])
 
 
 def _lock(path: Path) -> int:

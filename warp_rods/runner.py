@@ -153,7 +153,8 @@ def _stopping(simulation: Simulation, kept: RunFolder, console: Console) -> Iter
     try:
         yield
     except KeyboardInterrupt:
-        console.print(f"stopped; {kept.path} is readable up to t = {simulation.time:g}, and --resume goes on")
+        again = simulation.frames.times[max(kept.checkpointed, 0)]
+        console.print(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
         raise
 
 

@@ -32,6 +32,8 @@ def check(rods: Any, position: np.ndarray, direction: np.ndarray, at: str, ends:
             wrong[:, 2] &= values[:, 2] != 0.0
         if wrong.any():
             raise SceneError(f"{name} = {values[wrong][0]:g}: must be a {'finite' if lowest else 'positive'} number")
+    if (rods.length / (rods.nodes - 1) > rods.largest_spacing).any():
+        raise SceneError(f"growth.spacing = {rods.largest_spacing:g}: Δs is more at the start; use more nodes")
     _check_frames(rods, position, direction)
 
 

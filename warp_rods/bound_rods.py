@@ -73,11 +73,9 @@ class BoundRods:
         self.intrinsic = each_rod(intrinsic, self.count, 3)
         self.drag = each_rod(drag, self.count, 3)
         self.clamped = (ends[0] == "clamped", ends[1] == "clamped")
+        self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
         check(self, position, direction, at, ends)
         self.growth = growing.knots(growth, self.length)
-        self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
-        if (self.length / (nodes - 1) > self.largest_spacing).any():
-            raise SceneError(f"growth.spacing = {self.largest_spacing:g}: Δs is more at the start; use more nodes")
         self.time = self._dt = 0.0
         self._saved_nodes = nodes
         self._allocate()

@@ -17,6 +17,7 @@ from warp_rods.free_rods import FreeRods
 from warp_rods.per_rod import each_node, each_rod
 from warp_rods.scene import Scene
 from warp_rods.step_limits import StepLimit, filament_limits, steric_limit
+from warp_rods.surface_kinds import SPARE
 from warp_rods.surfaces import Surface
 
 SWIMMER_STEP = 1e-3
@@ -122,7 +123,7 @@ def _some(growth: scene_ensembles.Growth, rods: slice, count: int) -> dict[str, 
 
 def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
     low, high = surface.box
-    around = math.pi * float((high - low).max()) / 1.02
+    around = math.pi * float((high - low).max()) / SPARE
     growth = table.growth
     grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
     length = max(float(np.max(v)) for v in (table.length, *grown))

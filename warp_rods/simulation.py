@@ -82,7 +82,8 @@ class Simulation:
         self.scene, self.device = scene, wp.get_device(device)
         self._known_failures: set[tuple[str, int]] = set()
         layout = ensembles.lay_out(scene, self.device)
-        self.ensembles, self.notes = layout.ensembles, layout.notes
+        self.ensembles: dict[str, Ensemble] = layout.ensembles
+        self.notes = layout.notes
         self._membrane_works = layout.surface is not None and layout.surface.moving
         self._neighbours = self._build_neighbours()
         self.step_size, self.warnings = self._choose_step(layout.limits)

@@ -18,6 +18,10 @@ Box = tuple[np.ndarray, np.ndarray]
 Values = Mapping[str, Any]
 
 
+SPARE = 1.02
+"""Boxes are larger than the surfaces in them by this factor."""
+
+
 @dataclass(frozen=True)
 class Shape:
     """A surface with its numbers filled in: field, numbers in the order of its p, box [3], [3]."""
@@ -55,7 +59,7 @@ class SurfaceKind:
     def shape(self, values: Values) -> Shape:
         """The surface with these values."""
         numbers = np.concatenate([np.atleast_1d(values[name]) for name in self.parameters])
-        half = (1.02 if self.closed else 1.0) * np.array(self.box(values))
+        half = (SPARE if self.closed else 1.0) * np.array(self.box(values))
         return Shape(self.field, numbers, (-half, half), self.closed)
 
 
@@ -85,7 +89,7 @@ def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
 
 def _tube(radius: float, length: float) -> tuple[float, float, float]:
     """An open tube along z: to spare across, cut where the scene says along z."""
-    return 1.02 * radius, 1.02 * radius, length / 2
+    return SPARE * radius, SPARE * radius, length / 2
 
 
 def _cassini_radius(a: float, b: float) -> float:

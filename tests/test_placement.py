@@ -10,8 +10,9 @@ from reference_surface import Z, area_below
 from scipy.spatial.distance import cdist
 from scipy.stats import kstest
 
-from warp_rods import placement, surfaces
+from warp_rods import overlap, placement, surfaces
 from warp_rods.errors import SceneError
+from warp_rods.overlap import Space, without_overlap
 
 COUNT = 2000
 UNLIKELY = 1e-3
@@ -136,11 +137,21 @@ class Straight:
         return r[:, None] + self.s[:, None] * q[:, None]
 
 
+def on_a_sphere(count: int, clearance: float, others: np.ndarray, lines: Straight):
+    """Filaments on a sphere, uniform and isotropic, that keep clear."""
+    sphere, rng = surface("sphere"), np.random.default_rng(6)
+
+    def draw(rods: np.ndarray):
+        r = placement.uniform_points(sphere, len(rods), rng)
+        q = placement.isotropic_directions(sphere, r, rng)
+        return (r, q), lines(r, q)
+
+    return without_overlap(count, draw, clearance, Space(others, np.zeros(3)))
+
+
 def test_filaments_keep_clear_of_each_other_and_of_others():
     lines, others = Straight(), scattered("sphere", count=40).reshape(8, 5, 3)
-    r, q, redrawn = placement.without_overlap(
-        surface("sphere"), 40, 0.15, others, lines, np.random.default_rng(6)
-    )
+    (r, q), redrawn, _ = on_a_sphere(40, 0.15, others, lines)
     assert redrawn > 0 and lines.asked == 40 + redrawn
     assert r.shape == q.shape == (40, 3)
     placed = lines(r, q)
@@ -150,16 +161,15 @@ def test_filaments_keep_clear_of_each_other_and_of_others():
 
 
 def test_no_redraw_is_counted_where_there_is_room():
-    none = np.empty((0, 3))
-    found = placement.without_overlap(surface("sphere"), 2, 1e-9, none, Straight(), np.random.default_rng(6))
-    assert len(found[0]) == 2 and found[2] == 0
+    (r, _), redrawn, _ = on_a_sphere(2, 1e-9, np.empty((0, 3)), Straight())
+    assert len(r) == 2 and redrawn == 0
 
 
 def test_a_crowd_that_does_not_fit_is_refused_with_how_many_do(monkeypatch):
-    monkeypatch.setattr(placement, "ROUNDS", 3)
+    monkeypatch.setattr(overlap, "ROUNDS", 3)
     lines = Straight()
     with pytest.raises(SceneError) as caught:
-        placement.without_overlap(surface("sphere"), 60, 1.2, np.empty((0, 3)), lines, np.random.default_rng(6))
+        on_a_sphere(60, 1.2, np.empty((0, 3)), lines)
     message = str(caught.value)
     fitted = int(message.split("only ")[1].split()[0])
     assert "count = 60" in message and 0 < fitted < 60

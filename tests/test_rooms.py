@@ -16,15 +16,16 @@ ROOMS = [
     {"surfaces", "membrane", "surface_kinds", "enclosure", "in_time"}
     | {"expression", "formula", "field_source", "level_set", "distance"},
     {"modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},
-    {"bound_rods", "bound_checks", "bound_arrays", "bound_launches", "placement", "step_limits"},
+    {"bound_rods", "bound_checks", "bound_arrays", "bound_launches", "placement", "overlap", "step_limits"},
     {"free_rods", "free_arrays", "free_launches", "free_readings"},
     {"buckling", "twisted_stability"},
-    {"neighbours"},
-    {"scene_toml", "scene_checks", "scene_tables", "scene_ensembles", "scene"},
+    {"neighbours", "walls"},
+    {"scene_toml", "scene_checks", "scene_tables", "scene_box", "scene_ensembles", "scene"},
     {"store", "trajectory"},
     {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"},
     {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"},
-    {"ensembles"},
+    {"crowd", "ensembles"},
+    {"surroundings", "contact"},
     {"simulation"},
     {"run_folder"},
     {"runner"},
@@ -32,7 +33,7 @@ ROOMS = [
 ]
 """Lowest first: a module imports from its own room or a lower one."""
 
-SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours"}
+SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours", "contact"}
 EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 

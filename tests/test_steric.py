@@ -21,6 +21,7 @@ class Held:
         self.position_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.force_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.spacing_array = wp.array(rods.spacing, dtype=wp.float64, device=device)
+        self.cross_drag = np.ones(self.count)
         self.place(rods.position)
 
     def place(self, position: np.ndarray) -> None:

@@ -168,6 +168,11 @@ class BoundRods:
         return self._f.spacing
 
     @property
+    def cross_drag(self) -> np.ndarray:
+        """ζ⊥ [rod]."""
+        return self.drag[:, 1]
+
+    @property
     def force(self) -> np.ndarray:
         """External force per length in space [rod, node, 3], yours to set."""
         return to_host(self._f.force)

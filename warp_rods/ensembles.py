@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from warp_rods import placement, scene_ensembles, surfaces
+from warp_rods import crowd, placement, scene_ensembles, surfaces
 from warp_rods.bound_rods import BoundRods
 from warp_rods.errors import SceneError
 from warp_rods.free_rods import FreeRods
+from warp_rods.overlap import Space, without_overlap
 from warp_rods.per_rod import each_node, each_rod
 from warp_rods.scene import Scene
-from warp_rods.step_limits import StepLimit, filament_limits, steric_limit
+from warp_rods.step_limits import StepLimit, filament_limits, steric_limit, wall_limit
 from warp_rods.surface_kinds import SPARE
 from warp_rods.surfaces import Surface
 
@@ -39,12 +39,19 @@ class Layout:
     surface: Surface | None = None
     ensembles: dict[str, Any] = field(default_factory=dict)
     limits: dict[str, StepLimit] = field(default_factory=dict)
+    crowds: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
+    """Poses of swimmers that are arranged together, by arrangement and name."""
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def random(self, name: str) -> np.random.Generator:
         """A generator of its own for each ensemble, so that adding one does not move the others."""
         return np.random.default_rng([self.scene.seed, *name.encode()])
+
+    @property
+    def points(self) -> np.ndarray:
+        """Nodes [n, 3] of all that has been laid out."""
+        return np.concatenate([np.empty((0, 3)), *(e.position.reshape(-1, 3) for e in self.ensembles.values())])
 
 
 def lay_out(scene: Scene, device) -> Layout:
@@ -70,7 +77,7 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
     for time in times:
         _check_length(surface.at(time), table)
 
-    def build(position: np.ndarray, direction: np.ndarray, rods: slice = slice(None), **placed) -> BoundRods:
+    def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
             "length": each_rod(table.length, table.count)[rods],
             **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
@@ -115,7 +122,7 @@ def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.n
     ]
 
 
-def _some(growth: scene_ensembles.Growth, rods: slice, count: int) -> dict[str, Any]:
+def _some(growth: scene_ensembles.Growth, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
     return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
@@ -142,45 +149,55 @@ def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -
         position = placement.uniform_points(surface, table.count, rng)
         return position, placement.isotropic_directions(surface, position, rng)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
-    clearance = max(steric.core, spacing)
-    others = [e.position.reshape(-1, 3) for e in layout.ensembles.values()]
 
-    def centre_lines(r: np.ndarray, q: np.ndarray) -> np.ndarray:
-        return build(r, q, slice(table.count - len(r), None)).position
+    def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+        position = placement.uniform_points(surface, len(rods), rng)
+        direction = placement.isotropic_directions(surface, position, rng)
+        return (position, direction), build(position, direction, rods).position
 
-    position, direction, redrawn = placement.without_overlap(
-        surface, table.count, clearance, np.concatenate(others) if others else np.empty((0, 3)), centre_lines, rng
-    )
-    layout.notes.append(
-        f"{table.name}: {table.count} placed at random, uniform in area; {redrawn} draws came closer than "
-        f"{clearance:.3g} to another filament and were drawn again"
-    )
+    space = Space(layout.points, np.array(layout.scene.period))
+    found = without_overlap(table.count, draw, max(steric.core, spacing), space)
+    layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
+    position, direction = found.poses
     return position, direction
 
 
-def _placed(placement: scene_ensembles.FreePlacement | None) -> dict[str, Any]:
-    """Middle points, and frames turned from x to the directions by the shortest way."""
-    if placement is None:
-        return {}
-    if placement.direction is None:
-        return {"position": np.array(placement.position)}
-    to = np.array(placement.direction)
-    turns = [Rotation.align_vectors(d[None], [[1.0, 0.0, 0.0]])[0].as_matrix() for d in to]
-    return {"position": np.array(placement.position), "rotation": np.array(turns)}
-
-
-def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
+def _free_rods(layout: Layout, table: scene_ensembles.Swimmers, **placed) -> FreeRods:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
-    layout.ensembles[table.name] = FreeRods(
+    return FreeRods(
         table.count,
         table.nodes,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
         shape=table.shape.model_dump(exclude_none=True),
-        **_placed(table.placement),
+        **placed,
         device=layout.device,
     )
+
+
+def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarray]]:
+    """Middle points and frames of all swimmers with this placement, which find their places together, by name."""
+    tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
+    shapes = {table.name: _free_rods(layout, table).position for table in tables}
+    poses, note = crowd.arranged(arrangement, layout.scene, shapes, layout.points, layout.random(arrangement))
+    layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
+    return poses
+
+
+def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
+    placed: dict[str, np.ndarray] = {}
+    if isinstance(table.placement, str):
+        if table.placement not in layout.crowds:
+            layout.crowds[table.placement] = _arranged(layout, table.placement)
+        placed = layout.crowds[table.placement][table.name]
+    elif table.placement is not None:
+        placed = crowd.given(table.placement.position, table.placement.direction)
+    layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")
+    wall = layout.scene.box and layout.scene.box.wall
+    if wall:
+        drag = float(np.minimum(1.0, table.drag_ratio).min())
+        layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 
 BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}

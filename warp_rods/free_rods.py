@@ -162,6 +162,11 @@ class FreeRods(FreeReadings):
         """Δs on the device [rod]."""
         return self._arrays.spacing
 
+    @property
+    def cross_drag(self) -> np.ndarray:
+        """ζ⊥ = η [rod], in units of ζ∥."""
+        return self._values["drag_ratio"]
+
     def static(self) -> dict[str, np.ndarray]:
         """What the trajectory keeps once: names of ``variables.STATIC``."""
         return {"length": np.ones(self.count), **{name: self._values[name] for name in PARAMETERS[:5]}}

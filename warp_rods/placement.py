@@ -1,11 +1,8 @@
-"""Where filaments start: uniform in area and isotropic in angle, without overlap."""
+"""Where filaments start: uniform in area and isotropic in angle."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-from scipy.spatial import cKDTree
 
 from warp_rods.errors import SceneError
 from warp_rods.surfaces import Surface
@@ -13,8 +10,6 @@ from warp_rods.surfaces import Surface
 LINES = 500
 SAMPLES = 256
 """Points on each line at which the sign of φ is looked at."""
-ROUNDS = 200
-"""Times that filaments in the way of others are drawn again before giving up."""
 
 
 def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -59,52 +54,6 @@ def isotropic_directions(surface: Surface, points: np.ndarray, rng: np.random.Ge
     e1, e2 = _normals(surface.normal(points))
     angle = rng.uniform(0, 2 * np.pi, size=(len(points), 1))
     return np.cos(angle) * e1 + np.sin(angle) * e2
-
-
-def without_overlap(
-    surface: Surface,
-    count: int,
-    clearance: float,
-    others: np.ndarray,
-    centre_lines: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    rng: np.random.Generator,
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Midpoints and tangents [count, 3] of filaments that keep ``clearance`` from each other and from ``others``.
-
-    ``centre_lines(position, direction)`` [rod, node, 3] lays filaments out; those in the way are drawn again.
-    Returns with them how often that happened. Raises SceneError where they do not fit.
-    """
-    taken = others.reshape(-1, 3)
-    kept_r, kept_q = np.empty((0, 3)), np.empty((0, 3))
-    redrawn = 0
-    for _ in range(ROUNDS):
-        r = uniform_points(surface, count - len(kept_r), rng)
-        q = isotropic_directions(surface, r, rng)
-        lines = centre_lines(r, q)
-        good = _apart(lines, taken, clearance)
-        taken = np.concatenate([taken, lines[good].reshape(-1, 3)])
-        redrawn += len(r) - len(good)
-        kept_r, kept_q = np.concatenate([kept_r, r[good]]), np.concatenate([kept_q, q[good]])
-        if len(kept_r) == count:
-            return kept_r, kept_q, redrawn
-    raise SceneError(f"count = {count}: after {redrawn} draws only {len(kept_r)} fit {clearance:g} apart; place fewer")
-
-
-def _apart(lines: np.ndarray, taken: np.ndarray, clearance: float) -> list[int]:
-    """Which of the centre lines [rod, node, 3], taken in turn, keep the clearance from ``taken`` and those before."""
-    nodes = lines.shape[1]
-    tree = cKDTree(lines.reshape(-1, 3))
-    free = np.ones(len(lines), dtype=bool)
-    if len(taken):
-        near = cKDTree(taken).query(tree.data, distance_upper_bound=clearance)[0] < clearance
-        free = ~near.reshape(len(lines), nodes).any(axis=1)
-    pairs = np.unique(np.sort(tree.query_pairs(clearance, output_type="ndarray") // nodes, axis=1), axis=0)
-    rivals: dict[int, list[int]] = {}
-    for first, second in pairs[pairs[:, 0] != pairs[:, 1]]:
-        rivals.setdefault(int(second), []).append(int(first))
-    for rod in range(len(lines)):
-        free[rod] &= not any(free[other] for other in rivals.get(rod, ()))
-    return np.flatnonzero(free).tolist()
 
 
 def _unit(v: np.ndarray) -> np.ndarray:

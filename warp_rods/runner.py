@@ -164,8 +164,10 @@ def _bar(console: Console) -> Progress:
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
+    period = np.array(simulation.scene.period)
+    space = {"period": np.where(period > 0, period, np.inf)}
     return {
-        name: GroupSpec(e.count, e.nodes, e.saved, {k: (STATIC[k], v) for k, v in e.static().items()})
+        name: GroupSpec(e.count, e.nodes, e.saved, {k: (STATIC[k], v) for k, v in (e.static() | space).items()})
         for name, e in simulation.ensembles.items()
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +13,8 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from .errors import SceneError
+from .kernels.steric import REACH
+from .scene_box import AXES, Box
 from .scene_checks import Faults, Table, fault, key_path, plain, shown
 from .scene_ensembles import Filaments, Swimmers
 from .scene_tables import Steric, Surface, Time, Units
@@ -30,6 +33,7 @@ class Scene(Table):
     surface: Surface | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
+    box: Box | None = Field(default=None, description="a table, [box]")
     steric: Steric | None = Field(default=None, description="a table, [steric]")
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
@@ -64,9 +68,10 @@ class Scene(Table):
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
             raise SceneError(f"this is not TOML: {error}") from None
-        surface = tables.get("surface")
-        if isinstance(surface, dict) and isinstance(surface.get("file"), str):
-            surface["file"] = str(folder / surface["file"])
+        box = tables.get("box")
+        for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
+            if isinstance(surface, dict) and isinstance(surface.get("file"), str):
+                surface["file"] = str(folder / surface["file"])
         return cls(**tables)
 
     def to_toml(self) -> str:
@@ -81,8 +86,34 @@ class Scene(Table):
         return {key: value for key, value in self.model_dump(exclude_none=True).items() if value != ()}
 
     @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """With swimmers in a box at random where the scene does not place them."""
+        swimmers = data.get("swimmers")
+        if "box" not in data or not isinstance(swimmers, list):
+            return data
+        placed = [{"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers]
+        return {**data, "swimmers": placed}
+
+    @property
+    def period(self) -> tuple[float, float, float]:
+        """The period of the box along each axis, 0 where there is none; length.
+
+        A ``fraction`` of the volume, or of a slab's area, is that of cells as wide as the steric core.
+        """
+        if self.box is None or self.box.kind not in AXES:
+            return (0.0, 0.0, 0.0)
+        size = self.box.size
+        if size is None and self.box.fraction is not None:
+            assert self.steric is not None  # the scene is refused without
+            cells, width = sum(table.count for table in self.swimmers), self.steric.core
+            filled = cells * width * (1.0 if self.box.kind == "slab" else math.pi / 4 * width)
+            axes = AXES[self.box.kind]
+            size = ((filled / self.box.fraction) ** (1 / axes),) * axes
+        return (*(size or (0.0, 0.0)), 0.0)[:3]  # type: ignore[return-value]
+
+    @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        faults = _name_faults(raw)
+        faults = [*_name_faults(raw), *_box_faults(raw, good)]
         if not raw.get("filaments") and not raw.get("swimmers"):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
@@ -94,6 +125,29 @@ class Scene(Table):
             found = faults_in_time(good["surface"]["kind"], values, good["time"]["end"])
             faults += [fault(("surface",), raw, text) for text in found]
         return faults
+
+
+def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Faults between the box, the swimmers that live there and their sterics."""
+    faults: Faults = []
+    tables = good.get("swimmers") or ()
+    if "box" not in raw:
+        return [
+            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] for its room")
+            for i, table in enumerate(tables)
+            if isinstance(table.get("placement"), str)
+        ]
+    box, steric = good.get("box"), good.get("steric")
+    if "swimmers" in good and not tables:
+        faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
+    if box and "fraction" in box and "steric" not in raw:
+        text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
+        faults.append(fault(("box", "fraction"), box, text))
+    least = 2 * REACH * steric["range"] if steric else 0.0
+    if box and "size" in box and min(box["size"]) <= least:
+        text = f" = {shown(box['size'])}: must be above {least:g}, twice the reach of the sterics, 8 ranges"
+        faults.append(fault(("box", "size"), box, text))
+    return faults
 
 
 def _name_faults(raw: dict[str, Any]) -> Faults:

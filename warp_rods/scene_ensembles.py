@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
@@ -215,6 +215,18 @@ class FreePlacement(Table):
     )
 
 
+Arrangement = Literal["random", "aligned", "polar lanes", "nematic lanes", "bands"]
+ARRANGEMENTS = [f'"{name}"' for name in get_args(Arrangement)]
+
+
+def _arrangement(value: Any) -> Any:
+    if isinstance(value, str) and value in get_args(Arrangement):
+        return value
+    if not isinstance(value, (dict, FreePlacement)) and value is not None:
+        refuse([wrong((), value)])
+    return value if value is None else FreePlacement.model_validate(value)
+
+
 def _odd(nodes: int) -> int:
     refuse([] if nodes % 2 else [wrong((), nodes)])
     return nodes
@@ -238,8 +250,8 @@ class Swimmers(Table):
     )
     shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, balanced }")
     symmetric: bool = Field(default=False, strict=True, description="true or false")
-    placement: FreePlacement | None = Field(
-        default=None, description="a table { position, direction }; left out: all at the origin, along x"
+    placement: Annotated[Arrangement | FreePlacement | None, BeforeValidator(_arrangement)] = Field(
+        default=None, description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}"
     )
 
     @classmethod

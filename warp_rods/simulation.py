@@ -11,10 +11,11 @@ import numpy as np
 import warp as wp
 
 from warp_rods import ensembles
+from warp_rods.contact import Contact
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
-from warp_rods.neighbours import Neighbours
 from warp_rods.scene import Scene
 from warp_rods.step_limits import SAFETY, StepLimit
+from warp_rods.surroundings import Surroundings
 from warp_rods.variables import Variable
 
 RISE = 1e-3
@@ -85,7 +86,9 @@ class Simulation:
         self.ensembles: dict[str, Ensemble] = layout.ensembles
         self.notes = layout.notes
         self._membrane_works = layout.surface is not None and layout.surface.moving
-        self._neighbours = self._build_neighbours()
+        self._surroundings = Surroundings(scene, self.ensembles, self.device)
+        self._surroundings.refresh()
+        self.contact = Contact(self.ensembles, self._surroundings)
         self.step_size, self.warnings = self._choose_step(layout.limits)
         self.warnings += layout.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
@@ -96,20 +99,6 @@ class Simulation:
         self._energies: dict[str, np.ndarray] = {}
         self._doubted: set[str] = set()
         self._doubts: list[str] = []
-
-    def _build_neighbours(self) -> Neighbours | None:
-        steric = self.scene.steric
-        if steric is None or steric.strength == 0:
-            return None
-        crowd = list(self.ensembles.values())
-        return Neighbours(crowd, steric.strength, steric.range, steric.core, self.device)  # type: ignore[arg-type]
-
-    def _push(self) -> None:
-        """Steric forces of the present positions."""
-        if self._neighbours and self._neighbours.stale:
-            self._neighbours = self._build_neighbours()
-        if self._neighbours:
-            self._neighbours.apply()
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
         """The scene's step, or a safe share of the smallest bound; a line for each bound that it breaks."""
@@ -137,6 +126,7 @@ class Simulation:
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state stays as it is."""
         before = self.state()
+        self._surroundings.exert()
         for ensemble in self.ensembles.values():
             ensemble.step(self.step_size)
         self.variables()
@@ -148,21 +138,14 @@ class Simulation:
         target = self.frame + 1
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
-        for done in range(1, steps + 1):
-            self._push()
-            for ensemble in self.ensembles.values():
-                ensemble.step(dt)
-            yield done
+        yield from self.contact.advance(dt, steps)
         self.frame = target
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
         """The present frame as the trajectory keeps it: ensemble → variable → values."""
-        self._push()
-        found = {name: ensemble.variables() for name, ensemble in self.ensembles.items()}
-        none = [np.zeros(ensemble.count) for ensemble in self.ensembles.values()]
-        shares = self._neighbours.energies() if self._neighbours else none
-        for values, share in zip(found.values(), shares, strict=True):
-            values["steric_energy"] = share
+        self._surroundings.exert()
+        energies = self._surroundings.energies()
+        found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         self._watch_energy(found)
         return found
 
@@ -174,17 +157,17 @@ class Simulation:
         if self._membrane_works:
             return
         passive = {name: v for name, v in found.items() if "power" not in v and not v["growth_power"].any()}
-        if self._neighbours and len(passive) < len(found):
+        if self._surroundings.neighbours and len(passive) < len(found):
             return
         energies = {name: v["energy"] + v["steric_energy"] for name, v in passive.items()}
-        if self._neighbours:
+        if self._surroundings.neighbours:
             energies = {"all filaments": np.array([sum(e.sum() for e in energies.values())])}
         for name, energy in energies.items():
             before = self._energies.get(name, energy)
             rose = np.flatnonzero(energy > before * (1 + RISE) + RISE * np.abs(before).mean())
             if len(rose) and name not in self._doubted:
                 self._doubted.add(name)
-                which = name if self._neighbours else f"rod {rose[0]} of {name}"
+                which = name if self._surroundings.neighbours else f"rod {rose[0]} of {name}"
                 self._doubts.append(
                     f"by t = {self.time:g} the energy of {which} rose from {before[rose[0]]:.4g} to "
                     f"{energy[rose[0]]:.4g}, and passive filaments only lose energy: the step is too large, or the "
@@ -213,13 +196,15 @@ class Simulation:
     def state(self) -> dict[str, np.ndarray]:
         """All that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        return {**arrays, "frame": np.array(self.frame)}
+        return {**arrays, "frame": np.array(self.frame), "parts": np.array(self.contact.parts)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Go back to a ``state`` of the same scene; the next steps have the same bits."""
         for name, ensemble in self.ensembles.items():
             prefix = f"{name}/"
             ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
+        self._surroundings.refresh()
+        self.contact.parts = int(state["parts"])
         self.frame = int(state["frame"])
         if self.frame >= len(self.frames.times):
             raise RunFolderError(f"the run is beyond time.end = {self.scene.time.end:g} already")

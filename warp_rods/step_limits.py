@@ -70,3 +70,8 @@ def steric_limit(strength: float, core: float, drag: float) -> StepLimit:
     if strength == 0:
         return StepLimit(np.inf, "")
     return StepLimit(4 / 3 * drag * 2 * np.pi * core**2 / (2 * strength), "(4/3) ζ⊥ 2π ε²/(2 g0) of the steric core")
+
+
+def wall_limit(strength: float, drag: float) -> StepLimit:
+    """The bound on Δt that a wall of this stiffness sets: (4/3) ζ/k, of SBDF2 with the force extrapolated."""
+    return StepLimit(4 / 3 * drag / strength, "(4/3) ζ/k of the box's wall")

@@ -33,6 +33,7 @@ STATIC = {
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
     "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B of twist, two bendings", "(5.28)"),
+    "period": Variable(("axis",), "float64", "length", "period of the box along each axis, inf where it is open", ""),
     "intrinsic": Variable(("rod", "axis"), "float64", "1/length", "σ: the strains without elastic energy", "(5.28)"),
 }
 """What a group may keep that never changes."""
@@ -80,5 +81,6 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
 SWIMMER_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
+    "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
     "power": Variable(_ROD, "float64", "force*length/time", "power of flagella and forces", "∫ f u0 + M f ω0 + f·u ds"),
 }

@@ -23,7 +23,7 @@ ROOMS = [
     {"scene_toml", "scene_checks", "scene_tables", "scene_ensembles", "scene"},
     {"store", "trajectory"},
     {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"},
-    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"},
+    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"},
     {"ensembles"},
     {"simulation"},
     {"run_folder"},
@@ -33,7 +33,7 @@ ROOMS = [
 """Lowest first: a module imports from its own room or a lower one."""
 
 SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours"}
-EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"}
+EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 
 

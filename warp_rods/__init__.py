@@ -19,6 +19,7 @@ _HOME = {
     "errors": "",
     "kymograph": "",
     "modes": "",
+    "plots": "",
     "sensing": "",
     "stability": "",
     "surfaces": "",

@@ -22,8 +22,9 @@ ROOMS = [
     {"neighbours"},
     {"scene_toml", "scene_checks", "scene_tables", "scene_ensembles", "scene"},
     {"store", "trajectory"},
-    {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"},
-    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"},
+    {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"}
+    | {"swarm_data", "swarm_order", "swarm_motion", "swarm_space", "swarm_shapes", "segment_sweeps", "crossings"},
+    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"} | {"swarm", "swarm_plots"},
     {"ensembles"},
     {"simulation"},
     {"run_folder"},

@@ -15,6 +15,7 @@ _HOME = {
     "open_run": "warp_rods.trajectory",
     "run": "warp_rods.runner",
     "buckling": "",
+    "crossings": "",
     "diagnostics": "",
     "errors": "",
     "kymograph": "",
@@ -23,6 +24,7 @@ _HOME = {
     "sensing": "",
     "stability": "",
     "surfaces": "",
+    "swarm": "",
 }
 """Public name → module that has it; "" for a module itself."""
 

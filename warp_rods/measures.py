@@ -121,7 +121,7 @@ def speed(dataset: xr.Dataset, since: float | None = None, until: float | None =
 
 def instantaneous_speed(dataset: xr.Dataset) -> xr.DataArray:
     """|dr/dt| of the middle node, by central differences of the frames (frame, rod); second order in them."""
-    velocity = rate(dataset, _middle(dataset))
+    velocity = _rate(dataset, _middle(dataset))
     return described(
         dataset, FRAMES, np.linalg.norm(velocity, axis=-1), "length/time", "speed of the midpoint", "|∂t r(0, t)|"
     )
@@ -137,10 +137,10 @@ def energy_balance(dataset: xr.Dataset) -> xr.DataArray:
     need(dataset, "energy", "dissipation")
     energy, lost = dataset["energy"].to_numpy(), dataset["dissipation"].to_numpy()
     if "power" in dataset:
-        imbalance = rate(dataset, energy) - dataset["power"].to_numpy() + lost
+        imbalance = _rate(dataset, energy) - dataset["power"].to_numpy() + lost
     else:
         stored = dataset["steric_energy"].to_numpy() if "steric_energy" in dataset else 0.0
-        imbalance = rate(dataset, energy + stored) + lost
+        imbalance = _rate(dataset, energy + stored) + lost
     ratio = np.divide(imbalance, lost, out=np.full_like(lost, np.nan), where=lost > STILL * lost.max(axis=0))
     return described(dataset, FRAMES, ratio, "1", "energy imbalance over dissipation", "(dE/dt − P + D)/D")
 
@@ -182,14 +182,6 @@ def orthonormality(dataset: xr.Dataset) -> xr.DataArray:
     return described(dataset, FRAMES, error, "1", "worst error of a frame's norm", "RᵀR = 1")
 
 
-def rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
-    """Time derivative of values [frame, ...], second order on frames of any spacing."""
-    time = dataset["time"].to_numpy()
-    if len(time) < 3:
-        raise ValueError(f"a rate of change needs three frames or more: there are {len(time)}")
-    return np.gradient(values, time, axis=0, edge_order=2)
-
-
 def _positions(dataset: xr.Dataset) -> np.ndarray:
     need(dataset, "position")
     return dataset["position"].transpose("frame", "rod", "node", "axis").to_numpy()
@@ -200,6 +192,14 @@ def _middle(dataset: xr.Dataset) -> np.ndarray:
     need(dataset, "position")
     middle = dataset["position"].isel(node=dataset.sizes["node"] // 2)
     return middle.transpose("frame", "rod", "axis").to_numpy()
+
+
+def _rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
+    """Time derivative of values [frame, ...], second order on frames of any spacing."""
+    time = dataset["time"].to_numpy()
+    if len(time) < 3:
+        raise ValueError(f"a rate of change needs three frames or more: there are {len(time)}")
+    return np.gradient(values, time, axis=0, edge_order=2)
 
 
 def _energies(dataset: xr.Dataset) -> np.ndarray:

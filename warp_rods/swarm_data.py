@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from .measures import described, lengths, need, rate
+from .measures import described, lengths, need
 
 THIN = 0.5
 """A swarm is planar where it is thinner than this part of a rod's length."""
@@ -116,9 +116,13 @@ def centres(dataset: xr.Dataset) -> np.ndarray:
 def velocities(dataset: xr.Dataset) -> np.ndarray:
     """Velocity of the centres [frame, rod, 3] by central differences of the frames, second order in them.
 
-    Raises ValueError where there are fewer than three frames.
+    In the first and the last frame one-sided, first order: more would amplify noise. Raises ValueError where there
+    are fewer than two frames.
     """
-    return rate(dataset, centres(dataset))
+    time = dataset["time"].to_numpy()
+    if len(time) < 2:
+        raise ValueError("velocities need two frames or more")
+    return np.gradient(centres(dataset), time, axis=0)
 
 
 def minimum_image(separation: np.ndarray, period: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Motion of a swarm: how fast rods are, and how far they get.
 
 A rod is where its centre is, ∫ r ds / L, which does not beat as its middle node does. Velocities are central
-differences of the frames, second order in them. Rods that failed are left out.
+differences of the frames, second order in them, one-sided in the first and last. Rods that failed are left out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ LAGS = 60
 
 
 def mean_speed(dataset: xr.Dataset) -> xr.DataArray:
-    """⟨|v|⟩ over the rods (frame). Raises ValueError where there are fewer than three frames."""
+    """⟨|v|⟩ over the rods (frame). Raises ValueError where there are fewer than two frames."""
     dataset = sound(dataset)
     values = np.linalg.norm(velocities(dataset), axis=-1).mean(axis=1)
     return over_frames(dataset, values, "mean speed", "⟨|v|⟩", "length/time")
@@ -27,14 +27,14 @@ def speed_distribution(dataset: xr.Dataset, bins: int = 50) -> xr.DataArray:
     """Probability density of |v|, over all rods and frames (speed); it integrates to one.
 
     ``bins`` of even width from 0 to the largest speed, ``speed`` in their middles. Raises ValueError where there
-    are fewer than three frames.
+    are fewer than two frames.
     """
     dataset = sound(dataset)
     speeds = np.linalg.norm(velocities(dataset), axis=-1)
     # All at rest, and the largest of all, belong in a bin too.
     top = np.nextafter(max(speeds.max(), np.finfo(float).tiny), np.inf)
     density, edges = np.histogram(speeds, bins, (0.0, top), density=True)
-    found = described(dataset, ("speed",), density, "time/length", "probability density of the speed", "p(|v|)")
+    found = described(dataset, ("speed",), density, "time/length", "probability density", "p(|v|)")
     at = ("speed", (edges[1:] + edges[:-1]) / 2, {"units": "length/time", "long_name": "speed"})
     return found.assign_coords(speed=at)
 

@@ -40,7 +40,7 @@ def nematic_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.Data
 def motion_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
     """|⟨v/|v|⟩| of the velocities of the centres (frame): 1 where all move the same way, 1/√N where any way.
 
-    Raises ValueError where there are fewer than three frames.
+    Raises ValueError where there are fewer than two frames.
     """
     dataset = sound(dataset)
     axes = space(dataset, dimensions).axes

@@ -59,6 +59,8 @@ def mean_square_displacement(axes: Any, measured: xr.DataArray) -> None:
     axes.plot(lag, msd[0] * (lag / lag[0]) ** 2, label="lag²", **GUIDE)
     axes.plot(lag, msd[-1] * lag / lag[-1], label="lag", **(GUIDE | {"linestyle": ":"}))
     axes.set(ylim=limits, xlabel=_label(measured["lag"]), ylabel=_label(measured))
+    _readable(axes.xaxis)
+    _readable(axes.yaxis)
     axes.legend()
 
 
@@ -68,6 +70,7 @@ def displacement_exponent(axes: Any, measured: xr.DataArray) -> None:
     for value in (1, 2):
         axes.axhline(value, **GUIDE)
     axes.set(ylim=(0, 2.1), xlabel=_label(measured["lag"]), ylabel=_label(measured))
+    _readable(axes.xaxis)
 
 
 def pair_correlation(axes: Any, measured: xr.DataArray) -> None:
@@ -78,7 +81,7 @@ def pair_correlation(axes: Any, measured: xr.DataArray) -> None:
     axes.fill_between(r, 1 - error, 1 + error, color="0.85", linewidth=0, label="uniform, one frame")
     axes.plot(r, late.mean("frame"), color=BLUE, label="later half")
     axes.set(xlim=(0, None), xlabel=_label(measured["r"]), ylabel=_label(measured))
-    axes.set_ylim(0, 1.1 * max(2.0, float(late.mean("frame").max())))
+    axes.set_ylim(0, 1.1 * max(1.5, float(late.mean("frame").max())))
     axes.legend()
 
 
@@ -86,8 +89,10 @@ def velocity_correlation(axes: Any, measured: xr.DataArray) -> None:
     """C_v(r), mean over the later half of the frames."""
     late = _late(measured)
     there = late.notnull().any("frame")
-    axes.plot(late["r"][there], late[:, there].mean("frame"), color=BLUE, marker="o")
+    values = late[:, there.to_numpy()].mean("frame")
+    axes.plot(values["r"], values, color=BLUE, marker="o")
     axes.axhline(0, **GUIDE)
+    axes.set_ylim(min(-0.2, 1.1 * float(values.min())), max(0.5, 1.1 * float(values.max())))
     axes.set(xlim=(0, None), xlabel=_label(measured["r"]), ylabel=_label(measured))
 
 
@@ -120,6 +125,16 @@ def crossings(axes: Any, measured: xr.DataArray) -> None:
     axes.set_ylabel("crossings so far")
 
 
+def _readable(axis: Any) -> None:
+    """A logarithmic axis with a few plain numbers on it, even where it spans less than a decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300 * low else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
 def _timed(axes: Any, measured: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Times and values; the axis below is that of time."""
     axes.set_xlabel("time")
@@ -131,7 +146,7 @@ def _label(measured: xr.DataArray) -> str:
 
 
 def _in(units: str) -> str:
-    return f" ({units})" if units not in ("", "1") else ""
+    return f" ({units.replace('^2', '²').replace('^3', '³')})" if units not in ("", "1") else ""
 
 
 def _late(measured: xr.DataArray) -> xr.DataArray:

@@ -52,7 +52,7 @@ def pair_correlation(
     counts, expected = np.empty((2, len(middle), bins))
     for frame in patiently(range(len(middle)), "pair correlation"):
         _, apart = pairs_within(middle[frame], where.period, edges[-1])
-        counts[frame] = np.histogram(np.linalg.norm(apart, axis=1), edges)[0]
+        counts[frame] = np.bincount(_bin_of(apart, edges), minlength=bins)
         expected[frame] = _uniform_pairs(middle[frame], where.period, edges)
     found = _of_distance(dataset, counts / expected, edges, "pair correlation", "g(r) of the middle nodes")
     return found.assign_coords(expected=(("frame", "r"), expected, {"long_name": "pairs of uniform rods"}))
@@ -64,7 +64,7 @@ def velocity_correlation(
     """C_v(r) = ⟨v_i·v_j⟩_r / ⟨v²⟩ of centres r apart (frame, r): 1 where they move as one, 0 where unrelated.
 
     ``bins`` and ``reach`` as of ``pair_correlation``; NaN where no two rods are so far apart. A common drift
-    counts as moving together. Raises ValueError also where there are fewer than three frames.
+    counts as moving together. Raises ValueError also where there are fewer than two frames.
     """
     dataset = sound(dataset)
     where = space(dataset, dimensions)
@@ -72,12 +72,12 @@ def velocity_correlation(
     edges = _edges(dataset, centre, where, reach, bins)
     values = np.full((len(centre), bins), np.nan)
     for frame in patiently(range(len(centre)), "velocity correlation"):
-        (i, j), apart = (found.T for found in pairs_within(centre[frame], where.period, edges[-1]))
-        v, distance = velocity[frame], np.linalg.norm(apart, axis=0)
-        pairs, _ = np.histogram(distance, edges)
-        together, _ = np.histogram(distance, edges, weights=np.sum(v[i] * v[j], axis=1))
+        pairs, apart = pairs_within(centre[frame], where.period, edges[-1])
+        at, v = _bin_of(apart, edges), velocity[frame]
+        number = np.bincount(at, minlength=bins)
+        together = np.bincount(at, np.einsum("px,px->p", v[pairs[:, 0]], v[pairs[:, 1]]), bins)
         mean_square = np.sum(v**2, axis=1).mean()
-        np.divide(together, pairs * mean_square, out=values[frame], where=(pairs > 0) & (mean_square > 0))
+        np.divide(together, number * mean_square, out=values[frame], where=(number > 0) & (mean_square > 0))
     return _of_distance(dataset, values, edges, "velocity correlation", "⟨v_i·v_j⟩_r / ⟨v²⟩")
 
 
@@ -119,6 +119,12 @@ def _edges(dataset: xr.Dataset, points: np.ndarray, where: Space, reach: float |
     if not far > 0:
         raise ValueError("the rods are all at one place: distances need two or more, apart")
     return np.linspace(0, far, bins + 1)
+
+
+def _bin_of(apart: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """The bin of even width that each separation [pair, axis] is in; the largest distance is in the last one."""
+    distance = np.sqrt(np.einsum("px,px->p", apart, apart))
+    return np.minimum((distance * ((len(edges) - 1) / edges[-1])).astype(int), len(edges) - 2)
 
 
 def _uniform_pairs(points: np.ndarray, period: np.ndarray, edges: np.ndarray) -> np.ndarray:

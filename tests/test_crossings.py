@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
+from test_diagnostics import film
 
 from warp_rods.crossings import crossings
+from warp_rods.free_rods import FreeRods
 from warp_rods.writhe import writhe
 
 
@@ -159,3 +161,63 @@ def test_random_motion_against_the_linking_integral(seed):
         np.testing.assert_allclose(found.event_time[mine], t[jumps, 0, 0, 0] + 1.25e-4, rtol=0, atol=1.3e-4)
         np.testing.assert_array_equal(found.event_sign[mine], np.sign(steps[jumps]))
     assert len(pair) >= 6
+
+
+def restless(rng, rods, box, flat) -> np.ndarray:
+    """Seven frames [frame, rod, node, 3] of rods that jump and bend at random."""
+    way = rng.normal(size=(rods, 3)) * [1, 1, not flat]
+    start = np.array([stick(at, p) for at, p in zip(rng.uniform(0, box, (rods, 3)), way, strict=True)])
+    steps = rng.normal(0, 0.03, (6, rods, 9, 3)) + rng.normal(0, 0.1, (6, rods, 1, 3))
+    return np.concatenate([start[None], start + steps.cumsum(axis=0)]) * [1, 1, not flat]
+
+
+def test_frames_in_between_change_nothing():
+    """A dense periodic swarm, and the same motion with three frames for each."""
+    frames = restless(np.random.default_rng(12), 40, 2.0, False)
+    share = np.array([0.0, 0.3, 0.7])[:, None, None, None]
+    fine = [frames[k] + share * (frames[k + 1] - frames[k]) for k in range(6)]
+    coarse = crossings(group(frames, (2, 2, 2)))
+    often = crossings(group(np.concatenate([*fine, frames[-1:]]), (2, 2, 2)))
+    assert coarse.crossings.sum() > 50
+    np.testing.assert_array_equal(often.crossings[1:].values.reshape(6, 3).sum(axis=1), coarse.crossings[1:])
+    np.testing.assert_array_equal(often.event_sign, coarse.event_sign)
+    np.testing.assert_array_equal(often.first_rod, coarse.first_rod)
+
+
+def overlap(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Whether planar polygons [time, node, 2] cut each other [time], by all pairs of their segments."""
+    p, q = one[:, :-1, None], other[:, None, :-1]
+    a, b, w = np.diff(one, axis=1)[:, :, None], np.diff(other, axis=1)[:, None], q - p
+
+    def cross(v, u):
+        return v[..., 0] * u[..., 1] - v[..., 1] * u[..., 0]
+
+    u, v = cross(w, b) / cross(a, b), cross(w, a) / cross(a, b)
+    return ((u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)).any(axis=(1, 2))
+
+
+def test_planar_swarm_against_fine_times():
+    """Pairs of rods apart at one frame that overlap at one of many times up to the next."""
+    frames = restless(np.random.default_rng(13), 20, 4.0, True)
+    found = crossings(group(frames))
+    two = found.event_time[found.first_rod != found.second_rod]
+    expected = np.zeros(6, int)
+    t = np.linspace(0, 1, 301)[:, None, None, None]
+    for k in range(6):
+        fine = (frames[k] + t * (frames[k + 1] - frames[k]))[..., :2]
+        pairs = [overlap(fine[:, i], fine[:, j]) for i in range(20) for j in range(i + 1, 20)]
+        expected[k] = sum(not now[0] and now.any() for now in pairs)
+    assert expected.sum() > 8
+    np.testing.assert_array_equal(np.bincount(np.ceil(two).astype(int) - 1, minlength=6), expected)
+    assert len(two) < found.crossings.sum()  # some pass through themselves
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]], ids=["in their plane", "across"])
+def test_swimmers_that_meet(device, turn):
+    """Two U that swim into each other without sterics pass through once, in one plane or in two across."""
+    rotation = [np.eye(3), np.array(turn) @ np.diag([-1, -1, 1])]
+    bow, at = {"kind": "mode", "mode": 0, "amplitude": 3.0}, [[0, 0.5, 0], [0.1, -0.5, 0]]
+    rods = FreeRods(2, 33, bend=5e-3, twist=1e-3, shape=bow, position=at, rotation=rotation, device=device)
+    data = film(rods, 2.0, 0.1, dt=2e-3)
+    assert data.position.values[-1, 0, 16, 1] < -0.2 < 0.2 < data.position.values[-1, 1, 16, 1]
+    assert crossings(data).crossings.sum() == 1

@@ -330,3 +330,16 @@ def test_a_run_is_measured_and_drawn(swimming, tmp_path):
     for unknown in (swarm.measure, swarm.plot):
         with pytest.raises(ValueError, match=r"no measure called beauty: there are polar_order, .*"):
             unknown(data, "beauty")
+
+
+def test_long_runs_are_read_in_parts(monkeypatch):
+    """A frame at a time, with a progress bar from the start, everything is the same."""
+    rng = np.random.default_rng(14)
+    walk = scattered(rng, 1, 40, (3, 3, 3)) + rng.normal(0, 0.05, (9, 40, 3)).cumsum(axis=0)
+    data = group(walk, isotropic(rng, 1, 40), period=(3, 3, 3))
+    names = [name for name in swarm.MEASURES if name != "shape_shares"]
+    whole = swarm.measure(data, *names)
+    assert whole.crossings.sum() > 0
+    monkeypatch.setattr("warp_rods.swarm_data._BLOCK_BYTES", 1)
+    monkeypatch.setattr("warp_rods.swarm_data._PATIENCE", -1.0)
+    xr.testing.assert_identical(swarm.measure(data, *names), whole)

@@ -36,27 +36,15 @@ def crossings(dataset: xr.Dataset) -> xr.Dataset:
     Raises ValueError where segments and their way between frames are as long as half a period.
     """
     dataset = sound(dataset)
-    time, numbers = dataset["time"].to_numpy(), dataset["rod"].to_numpy()
-    count, events = np.zeros(len(time), int), [np.zeros((4, 0))]
-    before = None
-    for frame, now in enumerate(_every(dataset)):
-        if before is not None:
-            first, second, when, sign = _between(np.stack([before, now]), period_of(dataset))
-            count[frame] = len(when)
-            at = time[frame - 1] + when * (time[frame] - time[frame - 1])
-            order = np.lexsort((second, first, at))
-            events.append(np.stack([at, numbers[first], numbers[second], sign])[:, order])
+    period, found = period_of(dataset), [np.zeros((4, 0))]
+    before, aside = None, np.zeros(())
+    for now in _every(dataset):
+        if before is None:
+            aside = _aside(now)
+        else:
+            found.append(_between(np.stack([before, now]), aside, period))
         before = now
-    at, one, other, sign = np.concatenate(events, axis=1)
-    found = described(dataset, ("frame",), count, "1", "crossings since the frame before", "(a × b)·w = 0")
-    said = {
-        "event_time": (at, "time", "time of the crossing"),
-        "first_rod": (one.astype(int), "1", "number of a rod"),
-        "second_rod": (other.astype(int), "1", "number of the rod that it crosses"),
-        "event_sign": (sign.astype(int), "1", "jump of the Gauss integral, 0 in a plane"),
-    }
-    listed = {name: described(dataset, ("event",), *values, "") for name, values in said.items()}
-    return xr.Dataset({"crossings": found, **listed})
+    return _described(dataset, found)
 
 
 def crossings_per_frame(dataset: xr.Dataset) -> xr.DataArray:
@@ -69,25 +57,45 @@ def _every(dataset: xr.Dataset) -> Iterator[np.ndarray]:
         yield from block
 
 
-def _between(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rods, times in (0, 1] and signs of the crossings [crossing] of rods at two times [time, rod, node, 3]."""
+def _described(dataset: xr.Dataset, found: list[np.ndarray]) -> xr.Dataset:
+    """The dataset of ``crossings``, of what ``_between`` gave up to each frame, nothing up to the first."""
+    time, numbers = dataset["time"].to_numpy(), dataset["rod"].to_numpy()
+    count = [part.shape[1] for part in found]
+    first, second, when, sign = np.concatenate(found, axis=1)
+    frame = np.repeat(np.arange(len(found)), count)
+    at = time[frame - 1] + when * (time[frame] - time[frame - 1])
+    said = {
+        "event_time": (at, "time", "time of the crossing"),
+        "first_rod": (numbers[first.astype(int)], "1", "number of a rod"),
+        "second_rod": (numbers[second.astype(int)], "1", "number of the rod that it crosses"),
+        "event_sign": (sign.astype(int), "1", "jump of the Gauss integral, 0 in a plane"),
+    }
+    source = "(a × b)·w = 0"
+    events = {name: described(dataset, ("event",), *values, source) for name, values in said.items()}
+    per_frame = described(dataset, ("frame",), count, "1", "crossings since the frame before", source)
+    return xr.Dataset({"crossings": per_frame, **events})
+
+
+def _between(nodes: np.ndarray, aside: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """The crossings between two times of nodes [time, rod, node, 3], earliest first.
+
+    Of each one both rods, its time in (0, 1] and its sign [4, crossing].
+    """
     first, second, shift = _near(nodes, period)
-    parts = nodes.shape[2] - 1
-    rods = np.stack([first, second]) // parts
+    rods = np.stack([first, second]) // (nodes.shape[2] - 1)
 
     def pair(ends: np.ndarray, which: np.ndarray | slice) -> tuple[np.ndarray, np.ndarray]:
-        one, other = ends[:, first[which]], ends[:, second[which]]
-        return one, other + shift[which][:, None]
+        return ends[:, first[which]], ends[:, second[which]] + shift[which][:, None]
 
     segments = _segments(nodes)
     flat = keep_to_a_plane(*pair(segments, slice(None)))
     solid, planar = np.flatnonzero(~flat), np.flatnonzero(flat)
-    moved = _segments(nodes + _aside(nodes))
-    through = passes(*pair(moved, solid))
-    overlapped, when = meet_in_plane(*pair(segments, planar))
-    swept, at = _rods_that_meet(rods[:, planar], shift[planar], overlapped, when)
-    ones, others = np.concatenate([rods[:, solid[through.pair]], swept], axis=1)
-    return ones, others, np.concatenate([through.time, at]), np.concatenate([through.sign, np.zeros(len(at), int)])
+    through = passes(*pair(_segments(nodes + aside), solid))
+    swept, at = _rods_that_meet(rods[:, planar], shift[planar], *meet_in_plane(*pair(segments, planar)))
+    found = np.concatenate(
+        [[*rods[:, solid[through.pair]], through.time, through.sign], [*swept, at, np.zeros(len(at))]], axis=1
+    )
+    return found[:, np.lexsort((found[1], found[0], found[2]))]
 
 
 def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -118,9 +126,9 @@ def _segments(nodes: np.ndarray) -> np.ndarray:
 
 
 def _aside(nodes: np.ndarray) -> np.ndarray:
-    """A small displacement of each node [rod, node, 3], always the same."""
-    size = np.linalg.norm(nodes[0, :, 1:] - nodes[0, :, :-1], axis=-1).mean()
-    return GENERAL * size * np.random.default_rng(0).standard_normal(nodes.shape[1:])
+    """A small displacement of each node [rod, node, 3], for all times."""
+    size = np.linalg.norm(np.diff(nodes, axis=1), axis=-1).mean()
+    return GENERAL * size * np.random.default_rng(0).standard_normal(nodes.shape)
 
 
 def _rods_that_meet(

@@ -78,14 +78,14 @@ def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
 
 
 def patiently(steps: range, what: str) -> Iterator[int]:
-    """The steps, with a progress bar over those that are left after two seconds."""
+    """The steps, with a progress bar, on a terminal, over those that are left after two seconds."""
     from rich.console import Console
     from rich.progress import track
 
-    began = time.monotonic()
+    began, console = time.monotonic(), Console(stderr=True)
     for done, step in enumerate(steps):
         if time.monotonic() - began > _PATIENCE:
-            yield from track(steps[done:], what, console=Console(stderr=True), transient=True)
+            yield from track(steps[done:], what, console=console, transient=True, disable=not console.is_terminal)
             return
         yield step
 

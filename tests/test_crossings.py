@@ -119,6 +119,8 @@ def test_in_a_plane():
         assert sweep([0.8, -0.8, 0.8], way) == [0, 1, 1], way
     assert sweep([0.6, 0.4, 0.2, 0.0, -0.4, -0.6], (0, 1, 0)) == [0, 1, 0, 0, 0, 0]
     assert sweep([0.0, 0.1], (0, 1, 0)) == [0, 0]
+    above = [[still, stick((0.03, y, 1e-6), (1, 1, 0))] for y in (0.8, -0.8)]
+    assert crossings(group(above)).crossings.sum() == 0  # a hair out of the plane is space enough
     head_on = [[still, stick((1.2 - t, 0, 0), (1, 0, 0))] for t in (0.0, 0.5, 0.6)]
     assert crossings(group(head_on)).crossings.values.tolist() == [0, 1, 0]
     hook = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0.5, 1, 0], [0.5, y, 0]] for y in (0.3, 0.1, -0.3, -0.4)])

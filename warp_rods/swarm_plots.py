@@ -20,7 +20,7 @@ LATE = 0.5
 
 def over_time(axes: Any, measured: xr.DataArray) -> None:
     """One value a frame against time."""
-    axes.plot(*_timed(axes, measured))
+    axes.plot(*_timed(axes, measured), color=BLUE)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(_label(measured))
 
@@ -37,8 +37,8 @@ def local_order(axes: Any, measured: xr.DataArray) -> None:
     """The mean over the rods against time, and between which values the middle half of them is."""
     low, high = measured.quantile([0.25, 0.75], "rod").to_numpy()
     time, mean = _timed(axes, measured.mean("rod"))
-    axes.fill_between(time, low, high, color=BLUE, alpha=0.25, linewidth=0, label="half of the rods")
-    axes.plot(time, mean, color=BLUE, label=f"mean, within {measured.attrs['radius']:.3g}")
+    axes.fill_between(time, low, high, color=BLUE, alpha=0.25, linewidth=0, label="middle half of the rods")
+    axes.plot(time, mean, color=BLUE, label=f"mean, within a distance of {measured.attrs['radius']:.3g}")
     axes.set_ylim(0, 1.02)
     axes.set_ylabel(_label(measured))
     axes.legend()

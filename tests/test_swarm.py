@@ -17,7 +17,7 @@ from warp_rods.swimmer_shapes import initial_strain
 
 @pytest.mark.parametrize("dimensions", [2, 3])
 def test_rods_along_one_line(dimensions):
-    """All one way: 1 and 1; half of them the other way: 0 and 1; two crossed halves lie in a plane: 0 and 0."""
+    """All one way: 1 and 1; half of them the other way: 0 and 1; crossed halves: 0 in their plane, 1/4 in space."""
     at = scattered(np.random.default_rng(0), 1, 40, (5, 5, 5))
     line = np.array([3.0, 4.0, 0.0]) / 5
     half = np.where(np.arange(40) % 2, 1.0, -1.0)[:, None]

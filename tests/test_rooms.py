@@ -22,8 +22,9 @@ ROOMS = [
     {"neighbours", "walls"},
     {"scene_toml", "scene_checks", "scene_tables", "scene_box", "scene_ensembles", "scene"},
     {"store", "trajectory"},
-    {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"},
-    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"},
+    {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"}
+    | {"swarm_data", "swarm_order", "swarm_motion", "swarm_space", "swarm_shapes", "segment_sweeps", "crossings"},
+    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"} | {"swarm", "swarm_plots"},
     {"crowd", "ensembles"},
     {"surroundings", "contact"},
     {"simulation"},
@@ -34,7 +35,7 @@ ROOMS = [
 """Lowest first: a module imports from its own room or a lower one."""
 
 SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours", "contact"}
-EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"}
+EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 
 

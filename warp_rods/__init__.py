@@ -15,13 +15,16 @@ _HOME = {
     "open_run": "warp_rods.trajectory",
     "run": "warp_rods.runner",
     "buckling": "",
+    "crossings": "",
     "diagnostics": "",
     "errors": "",
     "kymograph": "",
     "modes": "",
+    "plots": "",
     "sensing": "",
     "stability": "",
     "surfaces": "",
+    "swarm": "",
 }
 """Public name → module that has it; "" for a module itself."""
 

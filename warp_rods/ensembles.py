@@ -196,7 +196,7 @@ def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
     layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")
     wall = layout.scene.box and layout.scene.box.wall
     if wall:
-        drag = float(np.minimum(1.0, table.drag_ratio).min())
+        drag = float(np.min(table.drag_ratio))
         layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 

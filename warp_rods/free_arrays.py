@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,7 @@ class Arrays:
     strain: wp.array
     orientation: wp.array
     spacing: wp.array
+    force: wp.array | None = None
 
 
 def allocate(parameters: dict[str, np.ndarray], nodes: int, law: int, symmetric: bool, device: Any) -> Arrays:
@@ -75,6 +76,28 @@ def allocate(parameters: dict[str, np.ndarray], nodes: int, law: int, symmetric:
         orientation=per_node(*shape, wp.quatd, device),
         spacing=wp.full(count, 1.0 / (nodes - 1), dtype=wp.float64, device=device),
     )
+
+
+def part(arrays: Arrays, rods: slice) -> Arrays:
+    """The arrays of some of the rods, as views; with room of their own for what no rod keeps."""
+    count, nodes = arrays.position[rods].shape
+    device = arrays.position.device
+    shared = {"clock": arrays.clock, "star": _shape(scratch, count, nodes, device)}
+    shared["scratch"] = _flow(scratch, count, nodes, scratch(count, nodes, wp.vec3d, device), device)
+    views = {f.name: _view(getattr(arrays, f.name), rods) for f in fields(Arrays) if f.name not in shared}
+    return Arrays(**shared, **views)
+
+
+def _view(value: Any, rods: slice) -> Any:
+    """Some rods of an array, or of the arrays of a struct; what has no rods stays."""
+    if isinstance(value, wp.array):
+        return value[rods]
+    if not hasattr(value, "_cls"):
+        return value
+    struct = value._cls()
+    for name in value._cls.vars:
+        setattr(struct, name, _view(getattr(value, name), rods))
+    return struct
 
 
 def _shape(make: Any, rods: int, nodes: int, device: Any) -> Any:

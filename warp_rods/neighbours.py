@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ import warp as wp
 
 from warp_rods.kernels import neighbour_list, steric
 from warp_rods.kernels.layout import per_node, to_host
-from warp_rods.recorded import Recorded
+from warp_rods.recorded import Recorded, SideBySide, slices
 
 CELLS = 64
 """Cells of the grid along an axis without a period; space wraps round it, so its extent does not matter."""
@@ -118,15 +119,22 @@ class Neighbours:
         self._lists.count = wp.zeros(self.points, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
-        self.push = Recorded(self._launch_push, self._device)
-        """Write the forces of the present positions, by the lists at hand."""
         self._look = Recorded(self._launch_pack, self._device)
+        points = slices(self.points, 1, self._device)
+        self._gather = SideBySide([partial(self._launch_gather, p) for p in points], self._device)
+        self._unpack = Recorded(self._launch_unpack, self._device)
 
     def apply(self) -> None:
         """Write the forces of the present positions, by lists that hold."""
         if not self._listed or self.moved()[1] > self.skin / 2:
             self.renew()
         self.push()
+
+    def push(self) -> None:
+        """Write the forces of the present positions, by the lists at hand."""
+        self._look()
+        self._gather()
+        self._unpack()
 
     def moved(self) -> tuple[float, float]:
         """The longest way of a node in one step since this was last asked, and since lists were made; length.
@@ -172,10 +180,11 @@ class Neighbours:
             inputs = [position, spacing, first, self.core, self._cloud]
             wp.launch(neighbour_list.pack, dim=position.shape, inputs=inputs, device=self._device)
 
-    def _launch_push(self) -> None:
-        self._launch_pack()
-        inputs = [self._cloud, self._lists, self.strength, self.range, self.core, 0, self._pairs]
-        wp.launch(steric.gather, dim=self.points, inputs=inputs, device=self._device)
+    def _launch_gather(self, points: slice) -> None:
+        inputs = [self._cloud, self._lists, self.strength, self.range, self.core, points.start, self._pairs]
+        wp.launch(steric.gather, dim=points.stop - points.start, inputs=inputs, device=self._device)
+
+    def _launch_unpack(self) -> None:
         for first, (_, _, force) in zip(self._first, self._arrays, strict=False):
             wp.launch(steric.unpack, dim=force.shape, inputs=[self._pairs, first, force], device=self._device)
 

@@ -73,5 +73,5 @@ def steric_limit(strength: float, core: float, drag: float) -> StepLimit:
 
 
 def wall_limit(strength: float, drag: float) -> StepLimit:
-    """The bound on Δt that a wall of this stiffness sets: (4/3) ζ/k, of SBDF2 with the force extrapolated."""
-    return StepLimit(4 / 3 * drag / strength, "(4/3) ζ/k of the box's wall")
+    """The bound on Δt that a wall of this stiffness k sets: (4/3) ζ⊥/k, of SBDF2 with the force extrapolated."""
+    return StepLimit(4 / 3 * drag / strength, "(4/3) ζ⊥/k of the box's wall")

@@ -24,7 +24,8 @@ ROOMS = [
     {"store", "trajectory"},
     {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"}
     | {"swarm_data", "swarm_order", "swarm_motion", "swarm_space", "swarm_shapes", "segment_sweeps", "crossings"},
-    {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"} | {"swarm", "swarm_plots"},
+    {"usd", "usd_box", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
+    | {"swarm", "swarm_plots"},
     {"crowd", "ensembles"},
     {"surroundings", "contact"},
     {"simulation"},
@@ -35,7 +36,7 @@ ROOMS = [
 """Lowest first: a module imports from its own room or a lower one."""
 
 SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours", "contact"}
-EXPORTERS = {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
+EXPORTERS = {"usd", "usd_box", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 
 

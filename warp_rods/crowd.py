@@ -21,6 +21,8 @@ TRIES = 1000
 CLOSE = (0.5, 0.75)
 """Of the core and of the spacing of nodes: how close swimmers may be drawn that are pushed apart after. Crossing rods
 have nodes as close as 0.71 spacings."""
+JAMS = 5
+"""Times that swimmers are drawn anew when they jam where they are pushed apart."""
 LANE = 1.0
 """About how wide a lane is, in lengths of a swimmer."""
 
@@ -179,10 +181,13 @@ def _find(
     if arrangement != "random" or room.container:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
-    found = without_overlap(len(shapes), draw, max(CLOSE[0] * core, CLOSE[1] * spacing), space)
-    position, rotation = found.poses
-    poses = pushed_apart(position, rotation, shapes, clearance, space, room.flat)
-    return poses, f"pushed apart to {clearance:.3g}"
+    for _ in range(JAMS):
+        drawn = without_overlap(len(shapes), draw, max(CLOSE[0] * core, CLOSE[1] * spacing), space)
+        position, rotation = drawn.poses
+        poses = pushed_apart(position, rotation, shapes, clearance, space, room.flat)
+        if poses:
+            return poses, f"pushed apart to {clearance:.3g}"
+    raise SceneError(f"count = {len(shapes)}: rods jam before they are {clearance:g} apart; place fewer")
 
 
 def _resampled(lines: np.ndarray, nodes: int) -> np.ndarray:

@@ -16,7 +16,7 @@ ROUNDS = 200
 """Times that rods in the way of others are drawn again before giving up."""
 DRAWS = 1000
 """Draws in a round, at least, of as many rods."""
-PUSHES = 500
+PUSHES = 250
 """Times that rods are pushed apart before giving up."""
 ASIDE = 1.01
 """Of the clearance, that rods in each other's way are pushed apart to, so that they do not creep up on it."""
@@ -103,11 +103,11 @@ def _apart(lines: np.ndarray, taken: np.ndarray, clearance: float, space: Space)
 
 def pushed_apart(
     position: np.ndarray, rotation: np.ndarray, shapes: np.ndarray, clearance: float, space: Space, flat: bool
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Poses [rod, 3], [rod, 3, 3] of rigid rods ``shapes`` [rod, node, 3] that keep the clearance, from ones near by.
 
     Each pair of nodes that is closer is pushed aside by what is missing, shared by shift and turn of both rods so
-    that both move least; flat: in planes of equal z. Raises SceneError where rods do not come apart.
+    that both move least; flat: in planes of equal z. None where some stay jammed.
     """
     nodes, others = shapes.shape[1], space.others.reshape(-1, 3)
     length = np.linalg.norm(np.diff(shapes, axis=1), axis=-1).sum(axis=1)
@@ -133,7 +133,7 @@ def pushed_apart(
         hits = np.maximum(hits, 1)[:, None]
         position = position + shift / hits
         rotation = Rotation.from_rotvec(turn / hits).as_matrix() @ rotation
-    raise SceneError(f"count = {len(shapes)}: {len(first)} pairs of nodes do not come {clearance:g} apart; place fewer")
+    return None
 
 
 def _too_close(

@@ -11,6 +11,7 @@ small are lost in its renderer.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from .errors import RunFolderError
 from .scene import Scene
 from .surfaces import make
 from .trajectory import open_run
+from .usd_box import draw_box, into_box
 from .usd_curves import draw_rods, sampled
 from .usd_load import draw_loads
 from .usd_look import COLOUR_MAP, add_camera_and_lights, add_materials
@@ -74,8 +76,11 @@ def _new_stage(run: xr.DataTree, scene: Scene) -> Any:
         times = next(iter(ensembles.values())).time.values
         in_view.append(draw_membrane(stage, surface, times, membrane_look))
         draw_loads(stage, ensembles, float(np.ptp(in_view[0], axis=0).max()), energy_look)
+    if scene.box and len(edges := draw_box(stage, scene, membrane_look)):
+        in_view.append(edges)
+    seen = partial(into_box, period=np.array(scene.period))
     for name, data in ensembles.items():
-        box = draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_look)
+        box = draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_look, seen)
         in_view += [] if _within(box, in_view) else [_corners(box)]
     add_camera_and_lights(stage, np.concatenate(in_view))
     return stage

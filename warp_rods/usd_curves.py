@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,18 @@ _SECONDS_BEFORE_PROGRESS = 2.0
 
 
 def draw_rods(
-    stage: Any, name: str, data: xr.Dataset, radius: float, colours: tuple[float, float], look: Any
+    stage: Any,
+    name: str,
+    data: xr.Dataset,
+    radius: float,
+    colours: tuple[float, float],
+    look: Any,
+    seen: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """One ensemble as curves, every frame; returns the box [2, 3] that holds them all the time."""
+    """One ensemble as curves, every frame; returns the box [2, 3] that holds them all the time.
+
+    seen: where positions [rod, node, 3] are drawn.
+    """
     from pxr import Tf, UsdGeom, Vt
 
     rods, nodes = data.sizes["rod"], data.sizes["node"]
@@ -30,7 +39,7 @@ def draw_rods(
     boxes, points = [], np.zeros((rods, nodes, 3), np.float32)
     for frame in with_progress(data.sizes["frame"], f"USD: {name}"):
         now = data.isel(frame=frame)
-        position, density = now.position.values, now.energy_density.values
+        position, density = seen(now.position.values), now.energy_density.values
         sound = np.isfinite(position).all(axis=(1, 2), keepdims=True)
         points = np.where(sound, position, points).astype(np.float32)  # a failed rod stays where it was
         boxes.append(set_points(curves, frame, points.reshape(-1, 3), radius))
@@ -51,13 +60,14 @@ def linear_curves(stage: Any, path: str, counts: np.ndarray, look: Any) -> Any:
     return curves
 
 
-def set_points(curves: Any, frame: int, points: np.ndarray, radius: float) -> np.ndarray:
-    """Sets the points [n, 3] of curves no thicker than ``radius`` at a frame; returns their extent."""
-    from pxr import Vt
+def set_points(curves: Any, frame: int | None, points: np.ndarray, radius: float) -> np.ndarray:
+    """Sets the points [n, 3] of curves no thicker than ``radius`` at a frame, or for good; returns their extent."""
+    from pxr import Usd, Vt
 
+    when = Usd.TimeCode.Default() if frame is None else frame
     box = np.stack([points.min(axis=0) - radius, points.max(axis=0) + radius])
-    curves.CreatePointsAttr().Set(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)), frame)
-    curves.CreateExtentAttr().Set(Vt.Vec3fArray.FromNumpy(box.astype(np.float32)), frame)
+    curves.CreatePointsAttr().Set(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)), when)
+    curves.CreateExtentAttr().Set(Vt.Vec3fArray.FromNumpy(box.astype(np.float32)), when)
     return box
 
 

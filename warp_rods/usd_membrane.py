@@ -16,7 +16,9 @@ _CELLS, _CELLS_MOVING = 96, 48
 _SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
-def draw_membrane(stage: Any, surface: Surface, times: np.ndarray, look: Any) -> np.ndarray:
+def draw_membrane(
+    stage: Any, surface: Surface, times: np.ndarray, look: Any, path: str = "/World/Membrane"
+) -> np.ndarray:
     """The mesh of a surface, of a moving one with samples at ``times`` [frame]; its points, of all frames.
 
     A point that is lost on the way stays where it was, with a warning.
@@ -24,7 +26,7 @@ def draw_membrane(stage: Any, surface: Surface, times: np.ndarray, look: Any) ->
     from pxr import UsdGeom, Vt
 
     mesh = triangulate(surface, _CELLS_MOVING if surface.moving else _CELLS)
-    prim = UsdGeom.Mesh.Define(stage, "/World/Membrane")
+    prim = UsdGeom.Mesh.Define(stage, path)
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateDoubleSidedAttr(True)
     prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(mesh.triangles), 3, np.int32)))

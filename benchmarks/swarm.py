@@ -1,0 +1,97 @@
+"""What a step of a swarm costs, from 100 cells to 10 000 at area fraction 0.3: ``python benchmarks/swarm.py``.
+
+Cells of N = 33 nodes in a periodic slab, as in scenes/swarm_2d.toml. Rods: frames, tension, velocities, new strains.
+Pairs: sums over lists of neighbours. Search: making lists, shared among the steps that they hold for.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import warp as wp
+
+from warp_rods.recorded import cores
+from warp_rods.scene import Scene
+from warp_rods.simulation import Simulation
+
+COUNTS = (100, 316, 1000, 3162, 10_000)
+NODES = 33
+STEP = 2.5e-4
+STEPS = 200
+REPEATS = 5
+
+
+def swarm(count: int) -> Scene:
+    """Nematic lanes: dense, quick to place, and in contact after a moment."""
+    cells = {
+        "name": "cells", "count": count, "nodes": NODES, "bend": 5e-3, "twist": 1e-3, "placement": "nematic lanes",
+        "flagella": {"profile": "uniform"}, "shape": {"kind": "mode", "amplitude": 0.3},
+    }  # fmt: skip
+    return Scene(
+        swimmers=[cells],
+        box={"kind": "slab", "height": 0.12, "fraction": 0.3},
+        steric={"strength": 1000.0, "range": 0.02, "core": 0.08},
+        time={"end": STEP * STEPS, "step": STEP, "save_every": STEP * STEPS},
+    )
+
+
+def best(work: Callable[[], object]) -> float:
+    """Seconds of the quickest of a few goes."""
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        work()
+        wp.synchronize()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def measured(count: int, device: str) -> tuple[float, float, float, float]:
+    """Seconds a step of rods, pairs and search, and of the whole loop with its looks at how far nodes have come."""
+    simulation = Simulation(swarm(count), device)
+    simulation.warm_up()
+    neighbours = simulation._surroundings.neighbours
+    assert neighbours is not None
+    renewals, renew = [0], neighbours.renew
+
+    def counted() -> None:
+        renewals[0] += 1
+        renew()
+
+    neighbours.renew = counted  # type: ignore[method-assign]
+    start = time.perf_counter()
+    for _ in simulation.to_next_frame():
+        pass
+    wp.synchronize()
+    whole = (time.perf_counter() - start) / STEPS
+    rods = simulation.ensembles["cells"]
+    search = best(renew) * renewals[0] / STEPS
+    return best(lambda: rods.step(1e-12)), best(neighbours.push), search, whole
+
+
+def main() -> None:
+    """Print a table."""
+    device = sys.argv[1] if len(sys.argv) > 1 else "cpu"
+    print(f"{cores()} cores; ns a node and step; N = {NODES}, area fraction 0.3")
+    print(f"{'cells':>7}{'rods':>8}{'pairs':>8}{'search':>8}{'(p+s)/r':>9}{'loop':>8}{'rod-steps/s':>13}")
+    totals = []
+    for count in COUNTS:
+        rods, pairs, search, whole = measured(count, device)
+        totals.append(whole)
+        node = 1e9 / (count * NODES)
+        print(
+            f"{count:7}{rods * node:8.0f}{pairs * node:8.0f}{search * node:8.0f}{(pairs + search) / rods:9.2f}"
+            f"{whole * node:8.0f}{count / whole:13.0f}",
+            flush=True,
+        )
+    slope = np.polyfit(np.log(COUNTS), np.log(totals), 1)[0]
+    local = [np.log(b / a) / np.log(m / n) for (a, b), (n, m) in zip(pairwise(totals), pairwise(COUNTS), strict=True)]
+    print(f"cost ~ cells^{slope:.3f}; from one count to the next {', '.join(f'{x:.2f}' for x in local)}")
+
+
+if __name__ == "__main__":
+    main()

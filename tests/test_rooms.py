@@ -21,6 +21,7 @@ ROOMS = [
     {"buckling", "twisted_stability"},
     {"neighbours"},
     {"scene_toml", "scene_checks", "scene_tables", "scene_ensembles", "scene"},
+    {"steady_equations", "steady", "continuation"},
     {"store", "trajectory"},
     {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"},
     {"usd", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary"},

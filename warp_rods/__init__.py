@@ -15,12 +15,14 @@ _HOME = {
     "open_run": "warp_rods.trajectory",
     "run": "warp_rods.runner",
     "buckling": "",
+    "continuation": "",
     "diagnostics": "",
     "errors": "",
     "kymograph": "",
     "modes": "",
     "sensing": "",
     "stability": "",
+    "steady": "",
     "surfaces": "",
 }
 """Public name → module that has it; "" for a module itself."""

@@ -20,6 +20,7 @@ _HOME = {
     "kymograph": "",
     "modes": "",
     "plots": "",
+    "reproduce": "",
     "sensing": "",
     "stability": "",
     "surfaces": "",

@@ -20,6 +20,8 @@ _HOME = {
     "errors": "",
     "kymograph": "",
     "modes": "",
+    "plots": "",
+    "reproduce": "",
     "sensing": "",
     "stability": "",
     "steady": "",

@@ -92,6 +92,26 @@ def export(
 
 
 @app.command()
+def reproduce(
+    name: Annotated[str, typer.Argument(metavar="list|NAME|all", help="list names them; all makes every one")],
+    quick: Annotated[bool, typer.Option("--quick", help="Reduced forms: coarser, shorter, fewer")] = False,
+    out: Annotated[Path, typer.Option(help="Folder to write")] = Path("runs/reproduce"),
+) -> None:
+    """Make a figure of the dissertation again: figure, data, and a table of published against ours."""
+    from warp_rods import reproduce
+    from warp_rods.reproductions import REPRODUCTIONS
+
+    if name == "list":
+        for known, row in REPRODUCTIONS.items():
+            print(f"{known:12} {row.what}")
+        return
+    outcomes = reproduce.run([name], quick, out, Console(markup=False, highlight=False))
+    if failed := [outcome.name for outcome in outcomes if outcome.error]:
+        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
 def devices() -> None:
     """The devices that --device can name."""
     for device in wp.get_devices():

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from . import stiffness
+from . import critical, linear, stiffness
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -23,6 +23,10 @@ class Reproduction(NamedTuple):
 
 
 REPRODUCTIONS: dict[str, Reproduction] = {
+    "critical": Reproduction("first ten critical stiffnesses, by three theories (§4.3)", critical.stiffnesses),
+    "fig4.2a": Reproduction("eigenvalues of a straight swimmer against its stiffness", linear.spectrum),
+    "fig4.2b": Reproduction("growth rates without and with an active moment", linear.growth),
+    "fig4.2c": Reproduction("unstable modes and beam modes", linear.modes),
     "stiffness": Reproduction("critical bending stiffness of a real cell in SI units (C.2)", stiffness.si),
 }
 """By name; ``warp-rods reproduce all`` begins in this order, so that what takes longest comes first."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from . import critical, linear, stiffness
+from . import critical, linear, phase, stiffness, thresholds
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -23,6 +23,10 @@ class Reproduction(NamedTuple):
 
 
 REPRODUCTIONS: dict[str, Reproduction] = {
+    "thresholds": Reproduction("fold and Hopf point of the U-swimmer, window of flapping", thresholds.all_of_them),
+    "fig4.1g": Reproduction("phase portrait of planar swimmers, followed down and up in stiffness", phase.portrait),
+    "fig4.1i": Reproduction("its cross-section at 7.6e-5: flapping, and waving", phase.flapping),
+    "fig4.1h": Reproduction("its cross-section at 1.3e-4: waving", phase.waving),
     "critical": Reproduction("first ten critical stiffnesses, by three theories (§4.3)", critical.stiffnesses),
     "fig4.2a": Reproduction("eigenvalues of a straight swimmer against its stiffness", linear.spectrum),
     "fig4.2b": Reproduction("growth rates without and with an active moment", linear.growth),

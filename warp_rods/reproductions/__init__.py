@@ -7,9 +7,10 @@ tables and figures are the dissertation's equations and sections.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
-from . import stiffness
+from . import attractors, roll_map, speeds, stiffness
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -23,6 +24,13 @@ class Reproduction(NamedTuple):
 
 
 REPRODUCTIONS: dict[str, Reproduction] = {
+    "fig4.3a": Reproduction("a twisted U in space, from several starts", partial(attractors.attractor, "a")),
+    "fig4.3b": Reproduction("waving while twisting, from several starts", partial(attractors.attractor, "b")),
+    "fig4.3c": Reproduction("a twisted S, from several starts", partial(attractors.attractor, "c")),
+    "fig4.3d": Reproduction("flapping in space, from several starts", partial(attractors.attractor, "d")),
+    "fig4.3e": Reproduction("swimming speed against active moment", speeds.against_moment),
+    "fig4.3f": Reproduction("swimming speed against bending stiffness", speeds.against_stiffness),
+    "fig4.3map": Reproduction("Fig 4.3a-d over the rotational drag, which is not given", roll_map.over_rotational_drag),
     "stiffness": Reproduction("critical bending stiffness of a real cell in SI units (C.2)", stiffness.si),
 }
 """By name; ``warp-rods reproduce all`` begins in this order, so that what takes longest comes first."""

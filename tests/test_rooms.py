@@ -12,7 +12,7 @@ from warp_rods import kernels
 
 ROOMS = [
     {"kernels"},
-    {"errors", "recorded", "per_rod", "variables", "growth"},
+    {"errors", "quiet", "recorded", "per_rod", "variables", "growth"},
     {"surfaces", "membrane", "surface_kinds", "enclosure", "in_time"}
     | {"expression", "formula", "field_source", "level_set", "distance"},
     {"modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import sys
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +12,7 @@ import warp as wp
 from rich.console import Console
 
 from warp_rods.errors import SceneError, WarpRodsError
+from warp_rods.quiet import start_warp
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -118,25 +116,9 @@ def devices() -> None:
         print(f"{device.alias}: {device.name}")
 
 
-@contextlib.contextmanager
-def _without_stderr() -> Iterator[None]:
-    """Warp's native code warns of a missing CUDA driver on every start; that is no news to someone without one."""
-    sys.stderr.flush()
-    kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(null)
-
-
 def main() -> None:
     """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one stopped."""
-    wp.config.log_level = wp.LOG_WARNING
-    with _without_stderr():
-        wp.init()
+    start_warp()
     try:
         app()
     except WarpRodsError as error:

@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .errors import UnknownReproduction
+from .quiet import start_warp
 from .reproductions import REPRODUCTIONS, Result, Row
 
 OUT = Path("runs/reproduce")
@@ -81,7 +82,7 @@ class _Process:
 
     def __init__(self, name: str):
         self.name, self.begun = name, time.perf_counter()
-        self.pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
+        self.pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), start_warp)
 
     @property
     def seconds(self) -> float:

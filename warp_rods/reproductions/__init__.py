@@ -7,9 +7,10 @@ tables and figures are the dissertation's equations and sections.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
-from . import critical, linear, phase, stiffness, thresholds
+from . import attractors, critical, linear, phase, roll_map, speeds, stiffness, thresholds
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -24,6 +25,13 @@ class Reproduction(NamedTuple):
 
 REPRODUCTIONS: dict[str, Reproduction] = {
     "thresholds": Reproduction("fold and Hopf point of the U-swimmer, window of flapping", thresholds.all_of_them),
+    "fig4.3a": Reproduction("a twisted U in space, from several starts", partial(attractors.attractor, "a")),
+    "fig4.3b": Reproduction("waving while twisting, from several starts", partial(attractors.attractor, "b")),
+    "fig4.3c": Reproduction("a twisted S, from several starts", partial(attractors.attractor, "c")),
+    "fig4.3d": Reproduction("flapping in space, from several starts", partial(attractors.attractor, "d")),
+    "fig4.3e": Reproduction("swimming speed against active moment", speeds.against_moment),
+    "fig4.3f": Reproduction("swimming speed against bending stiffness", speeds.against_stiffness),
+    "fig4.3map": Reproduction("Fig 4.3a-d over the rotational drag, which is not given", roll_map.over_rotational_drag),
     "fig4.1g": Reproduction("phase portrait of planar swimmers, followed down and up in stiffness", phase.portrait),
     "fig4.1i": Reproduction("its cross-section at 7.6e-5: flapping, and waving", phase.flapping),
     "fig4.1h": Reproduction("its cross-section at 1.3e-4: waving", phase.waving),

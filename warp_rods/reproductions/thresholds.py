@@ -14,6 +14,8 @@ from warp_rods.steady import Swimmer, settled
 
 ONSET = 6.8e-5
 """Of flapping, as the text has it."""
+OSCILLATES = 2e-4
+"""β⊥ at which the twisted U begins to, as the text has it for M < 1.8e-2."""
 STARTS = ((0, 0.1), (0, 1.0), (0, 3.0), (2, 2.0))
 """Beam mode and amplitude of the shapes that runs in time start from: the text names only f(s, 0)."""
 SOFT = (5e-5, 1e-4)
@@ -28,6 +30,14 @@ def bifurcations(nodes: int) -> tuple[Bifurcation, Bifurcation]:
         u = settled(Swimmer(nodes, {"bend": bend, "twist": TWIST}, symmetric=True), WAVING, time=4.0)
         found.append(follow(u, "bend", low, high, upwards=kind == "fold").named(kind)[0])
     return found[0], found[1]
+
+
+def twisted(nodes: int, rotational_drag: float) -> Bifurcation:
+    """The first Hopf bifurcation of the twisted U of Fig 4.3a as it gets softer."""
+    parameters = {"bend": 3e-4, "twist": 1e-4, "moment": 6e-3, "rotational_drag": rotational_drag}
+    swimmer = Swimmer(nodes, parameters, planar=False, symmetric=True)
+    u = settled(swimmer, {"kind": "writhe", "amplitude": 6.0}, time=8.0)
+    return follow(u, "bend", 1.35e-4, 3e-4, upwards=False).named("Hopf")[0]
 
 
 def limit(values: Any) -> float:
@@ -66,6 +76,7 @@ def all_of_them(quick: bool) -> Result:
         Row("β⊥ at which the U starts to wave", "", hopf, f"Hopf bifurcation by continuation, {n}"),
         Row("angular frequency there, f*/(ζ∥L)", "", limit([h.frequency for h in hopfs]), n),
     ]  # fmt: skip
+    rows += _twisted_rows((1e-2,) if quick else (1e-3, 3e-3, 1e-2), 33 if quick else 65)
     rows += _window_rows(windows)
     for (mode, amplitude), row in zip(STARTS, classes, strict=True):
         flaps = bends[row == "flapping"]
@@ -75,6 +86,16 @@ def all_of_them(quick: bool) -> Result:
     data = _data(up, down, bends, classes)
     notes = (f"Δt = 1e-3; bistable: below about {ONSET:g} the text sees flapping, its Fig 4.1i flaps at 7.6e-5",)
     return Result(_figure(up, down, windows[65], bends, classes), rows, data, notes)
+
+
+def _twisted_rows(drags: tuple[float, ...], nodes: int) -> list[Row]:
+    finer = 2 * nodes - 1
+    rows = []
+    for drag in drags:
+        found = limit([twisted(grid, drag).value for grid in (nodes, finer)])
+        reading = f"Hopf bifurcation, β∥ = 1e-4, M = 6e-3; N = {nodes - 1}, {finer - 1}, extrapolated"
+        rows.append(Row(f"β⊥ at which the twisted U starts to oscillate, ηr = {drag:g}", OSCILLATES, found, reading))
+    return rows
 
 
 def _window_rows(windows: dict[int, tuple[float, float]]) -> list[Row]:

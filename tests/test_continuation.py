@@ -117,6 +117,20 @@ def test_a_turning_shape_is_followed_to_its_mirror_image():
         np.testing.assert_allclose(rates, point.spin * (equations.turn @ state), atol=1e-7)
 
 
+@pytest.mark.parametrize(("parameter", "low", "high"), [("drag_ratio", 2.0, 2.5), ("diffusion", 1e-3, 2e-3)])
+def test_any_parameter_leads_where_a_run_in_time_ends(parameter, low, high):
+    u = u_swimmer(33, 5e-3)
+    last = follow(u, parameter, low, high).shapes[-1]
+    there = settled(u.swimmer.having(**{parameter: high}), {"kind": "mode", "amplitude": 3.0}, time=6.0)
+    np.testing.assert_allclose(last.fields, there.fields, atol=1e-8)
+
+
+def test_the_shape_at_rest_does_not_depend_on_how_fast_flagella_turn():
+    branch = follow(u_swimmer(33, 5e-3), "relaxation", 1e-2, 2e-2)
+    np.testing.assert_allclose(branch.shapes[-1].fields, branch.shapes[0].fields, atol=1e-8)
+    assert abs(branch.eigenvalues[-1, 1] - branch.eigenvalues[0, 1]) > 0.1
+
+
 def test_what_cannot_be_followed_is_refused():
     u = u_swimmer(33, 5e-3)
     with pytest.raises(SceneError, match="known ones are bend"):

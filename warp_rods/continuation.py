@@ -123,7 +123,7 @@ class _Curve:
                 return z
             if not abs(step[-1]) < 1.0:
                 break
-        raise ArithmeticError("no fixed shape")
+        raise ArithmeticError("no fixed shape was found next to the last one: take shorter steps")
 
     def _dual(self, at: np.ndarray, along: np.ndarray) -> np.ndarray:
         size = max(float(at[:-2] @ at[:-2]), 1.0)

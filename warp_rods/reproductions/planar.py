@@ -103,14 +103,12 @@ def arcs(branch: Branch) -> Iterator[tuple[bool, np.ndarray, np.ndarray]]:
         raise ArithmeticError("stability must change at each bifurcation of the branch, and nowhere else")
     starts, stops = [0, *changes], [*changes, len(points)]
     for number, (start, stop) in enumerate(zip(starts, stops, strict=True)):
-        piece = ends[number - 1 : number] * (number > 0) + points[start:stop] + ends[number : number + 1]
+        piece = ends[max(number - 1, 0) : number] + points[start:stop] + ends[number : number + 1]
         bends, shapes = zip(*piece, strict=True)
         yield bool(branch.stable[start]), np.array(bends), np.array(shapes)
 
 
-def end_of(
-    kind: str, bend: float, nodes: int, ratio: float, *, time: float, within: float, rods: int = 6
-) -> float:
+def end_of(kind: str, bend: float, nodes: int, ratio: float, *, time: float, within: float, rods: int = 6) -> float:
     """Stiffness at which a motion of this ``kind`` ends, followed from ``bend`` by factors towards that of ``ratio``.
 
     ``rods`` swimmers start from where the last one that kept its motion ended, each at another stiffness on the way,

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from . import attractors, roll_map, speeds, stiffness
+from . import attractors, fredholm, roll_map, speeds, stiffness, symmetric
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -31,6 +31,8 @@ REPRODUCTIONS: dict[str, Reproduction] = {
     "fig4.3e": Reproduction("swimming speed against active moment", speeds.against_moment),
     "fig4.3f": Reproduction("swimming speed against bending stiffness", speeds.against_stiffness),
     "fig4.3map": Reproduction("Fig 4.3a-d over the rotational drag, which is not given", roll_map.over_rotational_drag),
+    "symmetry": Reproduction("rotation by π and gauge are conserved, as a check (C.4)", symmetric.check),
+    "tension": Reproduction("the series of the tension against the direct solve (C.1)", fredholm.check),
     "stiffness": Reproduction("critical bending stiffness of a real cell in SI units (C.2)", stiffness.si),
 }
 """By name; ``warp-rods reproduce all`` begins in this order, so that what takes longest comes first."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from . import attractors, critical, linear, phase, roll_map, speeds, stiffness, thresholds
+from . import attractors, critical, fredholm, linear, phase, roll_map, speeds, stiffness, symmetric, thresholds
 from .result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
@@ -39,6 +39,8 @@ REPRODUCTIONS: dict[str, Reproduction] = {
     "fig4.2a": Reproduction("eigenvalues of a straight swimmer against its stiffness", linear.spectrum),
     "fig4.2b": Reproduction("growth rates without and with an active moment", linear.growth),
     "fig4.2c": Reproduction("unstable modes and beam modes", linear.modes),
+    "symmetry": Reproduction("rotation by π and gauge are conserved, as a check (C.4)", symmetric.check),
+    "tension": Reproduction("the series of the tension against the direct solve (C.1)", fredholm.check),
     "stiffness": Reproduction("critical bending stiffness of a real cell in SI units (C.2)", stiffness.si),
 }
 """By name; ``warp-rods reproduce all`` begins in this order, so that what takes longest comes first."""

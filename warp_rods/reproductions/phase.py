@@ -66,13 +66,14 @@ def portrait(quick: bool) -> Result:
     branches = u_branch(NODES, SOFT)
     down, up = ([str(ways[way].classes[0]) for ways in both] for way in (0, 1))
     seen = list(dict.fromkeys([str(straight.classes[0]), *down]))
-    sequence, slow = ", ".join(seen), "near the Hopf point, 1.5e-4 on this grid, oscillations die slowly"
+    sequence, percent = ", ".join(seen), 100 * (bends[0] / bends[1] - 1)
+    reading = f"steps of {percent:.0f} %, each a jump that may throw a motion off; Hopf point at 1.5e-4 on this grid"
     rows = [Row("as β⊥ falls", SEQUENCE, sequence, f"followed from {STIFF:g} to {SOFT:g}", sequence == SEQUENCE)]
     for name, way in (("down", down), ("up", up)):
         for kind in ("waving", "flapping"):
             found = bends[np.array(way) == kind]
             text = f"{found.min():.3g} to {found.max():.3g}" if len(found) else "nowhere"
-            rows.append(Row(f"{kind} on the way {name}, β⊥", "", text, f"{len(bends)} stiffnesses; {slow}"))
+            rows.append(Row(f"{kind} on the way {name}, β⊥", "", text, reading))
     stable = [shape for shape, good in zip(branches[0].shapes, branches[0].stable, strict=True) if good]
     share = [abs(amplitudes(shape)[0]) / np.linalg.norm(amplitudes(shape, 8)) for shape in stable]
     rows.append(Row("a₀ dominates all other modes of the U", "true", f"{min(share):.3f} of the norm or more",

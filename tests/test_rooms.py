@@ -12,7 +12,7 @@ from warp_rods import kernels
 
 ROOMS = [
     {"kernels"},
-    {"errors", "recorded", "per_rod", "variables", "growth"},
+    {"errors", "quiet", "recorded", "per_rod", "variables", "growth"},
     {"surfaces", "membrane", "surface_kinds", "enclosure", "in_time"}
     | {"expression", "formula", "field_source", "level_set", "distance"},
     {"modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},
@@ -21,6 +21,7 @@ ROOMS = [
     {"buckling", "twisted_stability"},
     {"neighbours", "walls"},
     {"scene_toml", "scene_checks", "scene_tables", "scene_box", "scene_ensembles", "scene"},
+    {"steady_equations", "steady", "continuation"},
     {"store", "trajectory"},
     {"writhe", "measures", "motion_class", "diagnostics", "sensing", "kymograph"}
     | {"swarm_data", "swarm_order", "swarm_motion", "swarm_space", "swarm_shapes", "segment_sweeps", "crossings"},
@@ -31,12 +32,15 @@ ROOMS = [
     {"simulation"},
     {"run_folder"},
     {"runner"},
+    {"reproductions"},
+    {"reproduce"},
     {"cli", "__main__"},
 ]
-"""Lowest first: a module imports from its own room or a lower one."""
+"""Lowest first: a module imports from its own room or a lower one. reproductions is a package, one room as a whole."""
 
 SIMULATION_SIDE = {"simulation", "ensembles", "bound_rods", "free_rods", "neighbours", "contact"}
 EXPORTERS = {"usd", "usd_box", "usd_curves", "usd_load", "usd_look", "usd_membrane", "summary", "plots"}
+PACKAGES = {"kernels", "reproductions"}
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 
 
@@ -45,18 +49,26 @@ def modules() -> dict[str, Path]:
 
 
 def imports(path: Path) -> set[str]:
-    """Modules of this package that a file imports, anywhere in it; all of kernels counts as one."""
+    """Modules of this package that a file imports, anywhere in it; a subpackage counts as one."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {a.name.split(".")[1] for a in node.names if a.name.startswith("warp_rods.")}
         elif isinstance(node, ast.ImportFrom):
-            base = ("warp_rods." if node.level else "") + (node.module or "")
+            here = path.parent.name if node.level == 1 else "warp_rods"
+            base = (f"{here}." if node.level else "") + (node.module or "")
             if base.rstrip(".") == "warp_rods":
                 found |= {a.name for a in node.names}
             elif base.startswith("warp_rods."):
                 found.add(base.split(".")[1])
-    return found & (modules().keys() | {"kernels"})
+    return found & (modules().keys() | PACKAGES)
+
+
+def imports_of(name: str) -> set[str]:
+    """Those of a module, or of every file of a subpackage."""
+    package = Path(warp_rods.__file__).parent / name
+    files = package.glob("*.py") if name in PACKAGES else [modules()[name]]
+    return set().union(*map(imports, files))
 
 
 def floor(name: str) -> int:
@@ -64,12 +76,12 @@ def floor(name: str) -> int:
 
 
 def test_every_module_has_a_room():
-    assert modules().keys() | {"kernels"} == set().union(*ROOMS)
+    assert modules().keys() | PACKAGES == set().union(*ROOMS)
 
 
-@pytest.mark.parametrize("name", sorted(modules()))
+@pytest.mark.parametrize("name", [*sorted(modules()), "reproductions"])
 def test_arrows_go_one_way(name):
-    upwards = {other for other in imports(modules()[name]) if floor(other) > floor(name)}
+    upwards = {other for other in imports_of(name) if floor(other) > floor(name)}
     assert not upwards
 
 
@@ -77,7 +89,7 @@ def test_the_simulation_imports_no_exporter():
     reached, new = set(), set(SIMULATION_SIDE)
     while new:
         reached |= new
-        new = set().union(*(imports(modules()[name]) for name in new)) - {"kernels"} - reached
+        new = set().union(*map(imports_of, new)) - {"kernels"} - reached
     assert not reached & EXPORTERS
 
 

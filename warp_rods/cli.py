@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import sys
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +12,7 @@ import warp as wp
 from rich.console import Console
 
 from warp_rods.errors import SceneError, WarpRodsError
+from warp_rods.quiet import start_warp
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -92,31 +90,35 @@ def export(
 
 
 @app.command()
+def reproduce(
+    name: Annotated[str, typer.Argument(metavar="list|NAME|all", help="list names them; all makes every one")],
+    quick: Annotated[bool, typer.Option("--quick", help="Reduced forms: coarser, shorter, fewer")] = False,
+    out: Annotated[Path, typer.Option(help="Folder to write")] = Path("runs/reproduce"),
+) -> None:
+    """Make a figure of the dissertation again: figure, data, and a table of published against ours."""
+    from warp_rods import reproduce
+    from warp_rods.reproductions import REPRODUCTIONS
+
+    if name == "list":
+        for known, row in REPRODUCTIONS.items():
+            print(f"{known:12} {row.what}")
+        return
+    outcomes = reproduce.run([name], quick, out, Console(markup=False, highlight=False))
+    if failed := [outcome.name for outcome in outcomes if outcome.error]:
+        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
 def devices() -> None:
     """The devices that --device can name."""
     for device in wp.get_devices():
         print(f"{device.alias}: {device.name}")
 
 
-@contextlib.contextmanager
-def _without_stderr() -> Iterator[None]:
-    """Warp's native code warns of a missing CUDA driver on every start; that is no news to someone without one."""
-    sys.stderr.flush()
-    kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(null)
-
-
 def main() -> None:
     """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one stopped."""
-    wp.config.log_level = wp.LOG_WARNING
-    with _without_stderr():
-        wp.init()
+    start_warp()
     try:
         app()
     except WarpRodsError as error:

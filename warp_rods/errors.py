@@ -21,3 +21,9 @@ class RunFolderError(WarpRodsError):
 
 class RodFailure(WarpRodsError):
     """Rods that became non-finite or left their surface: names which, when, with what parameters."""
+
+
+class UnknownReproduction(WarpRodsError):
+    """A name that is none of the reproductions: lists those there are."""
+
+    exit_code = 2

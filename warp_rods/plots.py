@@ -34,6 +34,8 @@ STYLE: dict[str, Any] = {
     "lines.markersize": 3.0,
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
+    "grid.linewidth": 0.4,
+    "grid.color": "0.85",
     "image.cmap": COLOUR_MAP,
     "svg.hashsalt": "warp_rods",  # or names inside an SVG, and with them its bytes, change from run to run
 }

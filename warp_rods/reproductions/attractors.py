@@ -1,0 +1,158 @@
+"""Fig 4.3a–d: the shapes that swimmers with an active moment come to, and how they get there from several starts."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from warp_rods import plots
+from warp_rods.measures import instantaneous_speed, mode_coefficients, speed, twist_harmonics
+from warp_rods.motion_class import period, shape_class
+from warp_rods.reproductions.result import Result, Row
+from warp_rods.reproductions.swimmers import LATE, SAVE_EVERY, STARTS, Swimmer, late, late_times, swim
+
+VIEW = (-70.0, 35.0)
+APART = 0.85
+"""Between bodies in a row, L."""
+SAME = 0.02
+"""Relative difference of mean speeds, |u| at the midpoint, up to which two late motions count as one."""
+
+
+class Panel(NamedTuple):
+    """Parameters of the caption; ηr, which the text does not give, as chosen; the kind of motion and its words."""
+
+    bend: float
+    twist: float
+    moment: float
+    rotational_drag: float
+    kind: str
+    said: str
+
+
+PANELS = {
+    "a": Panel(2.5e-4, 1e-4, 6e-3, 3e-3, "twisted-U", "a U-shaped swimmer with a twist"),
+    "b": Panel(8e-5, 1e-5, 1.35e-2, 3e-3, "waving", "a limit cycle, waving while twisting"),
+    "c": Panel(5.45e-5, 1e-3, 1e-2, 5e-3, "S", "convergence to a twisted-S shape"),
+    "d": Panel(1.25e-4, 1e-3, 2e-2, 1e-3, "flapping", "periodic flapping"),
+}
+"""By the letter of Fig 4.3; ``kind`` is a name of ``motion_class``; 3e-3 is this package's default of ηr."""
+
+
+def attractor(letter: str, quick: bool) -> Result:
+    """One of Fig 4.3a–d: bodies over half a period, or on the way to a fixed shape, and trajectories of six starts."""
+    panel, starts = PANELS[letter], list(STARTS)[:2] if quick else list(STARTS)
+    end = 60.0  # twist unwinds at a rate of π²β∥/ηr, 0.03 in b
+    early = np.concatenate([np.linspace(0.0, 4.0, 401), np.arange(4.1, end - LATE - 0.05, 0.1)])
+    times = np.concatenate([early, late_times(end)])
+    motion = swim([Swimmer(*panel[:4], start) for start in starts], times, 1e-3 if quick else 5e-4)
+    coordinates = _coordinates(motion)
+    data = xr.Dataset(
+        {
+            **{name: coordinates[..., index] for index, name in enumerate(("a0", "a1", "b0"))},
+            "position": motion["position"].astype(np.float32),
+        },
+        attrs={**panel._asdict(), "starts": starts},
+    )
+    settled = late(motion)
+    cycle = float(period(settled, float(settled["time"][0]))[0])
+    rows = _rows(panel, settled, starts, cycle)
+    rows += _means(coordinates.isel(rod=0, frame=slice(-settled.sizes["frame"], None)), cycle)
+    note = (
+        f"β⊥ = {panel.bend:g}, β∥ = {panel.twist:g}, M = {panel.moment:g} (caption); ηr = {panel.rotational_drag:g} "
+        f"chosen, the text gives none (see fig4.3map); symmetry of C.4 kept; late: the last {LATE:g} of t = {end:g}"
+    )
+    return Result(_figure(motion, coordinates, starts, cycle), rows, data, (note,))
+
+
+def _rows(panel: Panel, settled: xr.Dataset, starts: list[str], cycle: float) -> list[Row]:
+    begin = float(settled["time"][0])
+    kinds, pace = shape_class(settled, begin).to_numpy(), instantaneous_speed(settled).mean("frame").to_numpy()
+    same = int(((kinds == kinds[0]) & (abs(pace / pace[0] - 1) < SAME)).sum())
+    rows = [
+        Row("motion", panel.said, str(kinds[0]), "from the coil, (C.63)–(C.65), late", bool(kinds[0] == panel.kind)),
+        Row("starts that come to it", "a range of initial conditions", f"{same} of {len(starts)}", ", ".join(starts)),
+        Row("period, ζ∥L/f*", "", cycle if np.isfinite(cycle) else "steady", "of the shape"),
+        Row("mean |u| of the midpoint, f*/ζ∥", "", float(pace[0])),
+        Row("largest |Ω₀|, 1/L", "", float(abs(settled["strain"][..., 0]).max()), "late, of all starts"),
+    ]
+    if panel.kind == "flapping":
+        share = float(speed(settled)[0] / pace[0])
+        said = "average speeds tend to zero"
+        rows.append(Row("U_swim over mean |u|", said, share, f"over T = {LATE:g}, from the coil", share < 0.1))
+    return rows
+
+
+def _means(coordinates: xr.DataArray, cycle: float) -> list[Row]:
+    names = ("a₀", "a₁", "b₀")
+    if np.isfinite(cycle):
+        found = {f"half range of {name}, 1/L": np.ptp(coordinates[:, i].to_numpy()) / 2 for i, name in enumerate(names)}
+    else:
+        found = {f"{name}, 1/L": float(coordinates[-1, i]) for i, name in enumerate(names)}
+    return [Row(name, "", float(value), "(4.48)–(4.50), late, from the coil") for name, value in found.items()]
+
+
+def _coordinates(motion: xr.Dataset) -> xr.DataArray:
+    """a₀, a₁, b₀ (frame, rod, coordinate) of (4.48)–(4.50), in the sign that makes the larger late bending positive.
+
+    Turning the directors by π about the tangent changes the signs of a₀ and a₁, and the same body has either.
+    """
+    modes = mode_coefficients(motion, 2).to_numpy()
+    bends = np.stack([modes[:, :, 1, 0], modes[:, :, 0, 1]], axis=-1)
+    mean = bends[-1 - round(LATE / SAVE_EVERY) :].mean(axis=0)
+    larger = np.take_along_axis(mean, np.abs(mean).argmax(axis=1)[:, None], axis=1)
+    twist = twist_harmonics(motion, 1).to_numpy()
+    values = np.concatenate([bends * np.where(larger < 0, -1.0, 1.0), twist], axis=-1)
+    return xr.DataArray(values, {"time": motion["time"]}, ("frame", "rod", "coordinate"), attrs={"units": "1/L"})
+
+
+def _figure(motion: xr.Dataset, coordinates: xr.DataArray, starts: list[str], cycle: float) -> Any:
+    figure = plots.figure(plots.COLUMN, 112)
+    top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.35))
+    _snapshots(top, motion, cycle)
+    axes = bottom.add_subplot(projection="3d")
+    values = coordinates.to_numpy()
+    way = values[: -1 - round(LATE / SAVE_EVERY)]
+    for rod, (start, colour) in enumerate(zip(starts, plots.OKABE_ITO, strict=False)):
+        axes.plot(*way[:401, rod].T, color=colour, linewidth=0.6, label=start)
+        # Later frames are too far apart for lines.
+        axes.plot(*way[401:, rod].T, ".", color=colour, markersize=0.8, markeredgewidth=0, rasterized=True)
+        axes.plot(*values[:1, rod].T, "o", color=colour, markersize=2.5)
+    if np.isfinite(cycle):
+        last = values[-1 - round(cycle / SAVE_EVERY) :, 0]
+        axes.plot(*last.T, color="black", linewidth=1.0, label="limit cycle")
+    else:
+        axes.plot(*values[-1:, 0].T, "*", color="black", markersize=6, label="fixed shape", zorder=10)
+    axes.set_xlabel("$a_0$ (1/L)", labelpad=-5)
+    axes.set_ylabel("$a_1$ (1/L)", labelpad=-5)
+    axes.set_zlabel("$b_0$ (1/L)", labelpad=-4)
+    axes.tick_params(pad=-2)
+    axes.locator_params(nbins=5)
+    axes.view_init(22, -55)
+    axes.set_box_aspect((1, 1, 0.8), zoom=1.05)
+    bottom.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=0.8)
+    return figure
+
+
+def _snapshots(figure: Any, motion: xr.Dataset, cycle: float) -> None:
+    """Six bodies in two rows, coloured by how they bend: over half a period, or on the way to a fixed shape."""
+    time = motion["time"].to_numpy()
+    wanted = np.array([0.0, 0.1, 0.4, 1.0, 2.0, time[-1]])
+    if np.isfinite(cycle):
+        wanted = time[-1] - cycle / 2 * np.linspace(1, 0, 6)
+    frames = [int(np.argmin(abs(time - when))) for when in wanted]
+    lines = motion["position"].isel(frame=frames, rod=0).to_numpy()
+    lines = lines - lines.mean(axis=1, keepdims=True)
+    bending = np.linalg.norm(motion["strain"].isel(frame=frames, rod=0).to_numpy()[..., 1:], axis=-1)
+    limits = (0.0, float(bending.max()))
+    panels = figure.subplots(2, 3)
+    for axes, line, bend, frame in zip(panels.flat, lines, bending, frames, strict=True):
+        drawn = plots.tubes(axes, [line], [bend], radius=0.024, view=VIEW, limits=limits)
+        axes.set_xlim(-APART / 2, APART / 2)
+        axes.set_ylim(-0.3, 0.3)
+        axes.text(-APART / 2, 0.24, f"t = {time[frame]:.2f}", fontsize=6)
+    plots.scale_bar(panels[1, 0], 0.5, "L/2")
+    for axes in panels.flat:
+        axes.set_ylim(panels[1, 0].get_ylim())
+    figure.colorbar(drawn, ax=panels, shrink=0.7, aspect=18, label="bending $|\\Omega_\\perp|$ (1/L)")

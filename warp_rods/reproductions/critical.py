@@ -1,0 +1,80 @@
+"""§4.3: the first ten critical stiffnesses, by Airy functions, by the linear operator and by the full equations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warp_rods import plots, stability
+from warp_rods.free_rods import FreeRods
+from warp_rods.modes import beam_mode, coefficients
+from warp_rods.reproductions.result import Result, Row
+
+COUNT = 10
+AMPLITUDE = 1e-3
+"""a_n(0), as the text has it."""
+BENDS = (1e-4, 1e-2)
+"""Two stiffnesses: growth rates are straight lines in β⊥ but for terms of the amplitude's square."""
+SPREAD = (0.5, 15.0)
+"""Per cent by which the text's full system differs from its Airy conditions."""
+
+
+def growth_rates(bends: Any, nodes: int, modes: int = COUNT) -> np.ndarray:
+    """σ_n = ∂t a_n / a_n of the full equations at a_n(0) = 1e-3, f = −tanh 10s and M = 0 [stiffness, mode]."""
+    bends, s = np.asarray(bends, dtype=float), np.linspace(-0.5, 0.5, nodes)
+    shapes = np.array([beam_mode(mode, s) for mode in range(modes)])
+    strain = np.zeros((len(bends), modes, nodes, 3))
+    strain[..., 2] = AMPLITUDE * shapes
+    rods = FreeRods(
+        len(bends) * modes, nodes, bend=np.repeat(bends, modes), twist=1e-3, shape=strain.reshape(-1, nodes, 3),
+        device="cpu",
+    )  # fmt: skip
+    rate = coefficients(rods.rates()["bending_rate"].imag, s, modes).reshape(len(bends), modes, modes)
+    return np.diagonal(rate, axis1=1, axis2=2) / AMPLITUDE
+
+
+def mode_growth(nodes: int) -> np.ndarray:
+    """Stiffness at which each beam mode stays as it is, extrapolated from ``nodes`` and a grid twice as fine."""
+    found = []
+    for grid in (nodes, 2 * nodes - 1):
+        low, high = growth_rates(BENDS, grid)
+        found.append(BENDS[0] - low * (BENDS[1] - BENDS[0]) / (high - low))
+    return (4 * found[1] - found[0]) / 3
+
+
+def stiffnesses(quick: bool) -> Result:
+    """Three tables of ten, and how far apart they are."""
+    airy, linear = stability.airy_stiffnesses(COUNT), stability.critical_bends(COUNT, "tanh")
+    full = mode_growth(65 if quick else 129)
+    apart, operators = 100 * np.abs(airy / full - 1), 100 * np.abs(airy / linear - 1)
+    low, high = SPREAD
+    rows = [
+        Row("first critical β⊥, full system", 1.0e-2, full[0], "zero of σ₀ in the full equations, a₀ = 1e-3"),
+        Row("first critical β⊥, linearised", 1.1e-2, airy[0], "(4.45), f = 1 − 2H(s)"),
+        Row("first critical β⊥, linear operator, tanh", "", linear[0], "eigenvalue 0 of (4.37), f = −tanh 10s"),
+        Row("Airy against full, smallest, %", f"{low:g} to {high:g}", apart.min(), "of ten modes", apart.min() >= low),
+        Row("Airy against full, largest, %", f"{low:g} to {high:g}", apart.max(), "of ten modes", apart.max() <= high),
+        Row("Airy against tanh operator, smallest, %", "", operators.min(), "the other reading of “full system”"),
+        Row("Airy against tanh operator, largest, %", "", operators.max(), "the other reading of “full system”"),
+    ]  # fmt: skip
+    rows += [Row(f"critical β⊥ of mode {n}, full system", "", full[n]) for n in range(1, COUNT)]
+    data = {"mode": np.arange(COUNT), "airy": airy, "linear_tanh": linear, "mode_growth": full}
+    note = "the text does not list the ten; full system: zeros of σ_n, the only reading that gives its first, 1.0e-2"
+    return Result(_figure(data), rows, data, (note,))
+
+
+def _figure(data: dict[str, np.ndarray]) -> Any:
+    figure = plots.figure(plots.COLUMN, 80)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    series = {"airy": "Airy (4.45), (4.47)", "linear_tanh": "operator, tanh", "mode_growth": "mode growth, full"}
+    for (name, label), marker, colour in zip(series.items(), "os^", plots.OKABE_ITO, strict=False):
+        above.semilogy(data["mode"], data[name], marker, color=colour, mfc="none", label=label)
+        apart = 100 * (data[name] / data["airy"] - 1)
+        below.plot(data["mode"], apart, marker + "-", color=colour, mfc="none", linewidth=0.6)
+    above.set_ylabel("critical stiffness $\\beta_\\perp$")
+    above.legend()
+    below.set_ylabel("off Airy (%)")
+    below.set_xlabel("mode $n$")
+    below.set_xticks(data["mode"])
+    return figure

@@ -1,0 +1,43 @@
+"""An ensemble stepped and filmed: what the reproductions measure, as the trajectory of a run would have it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.errors import RodFailure
+from warp_rods.variables import ARC, STATIC
+
+SWIMMING = ("position", "strain", "activity", "status")
+"""Variables that speeds, modes and classes of motion are told from."""
+
+
+def film(
+    rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING, failing: bool = False
+) -> xr.Dataset:
+    """Step rods (``FreeRods``, ``BoundRods``) to each of ``times``, with steps of at most ``dt``: one frame at each.
+
+    ``keep``: names of ``variables`` to keep; with them come ``time``, ``s`` and what never changes. Raises RodFailure
+    where a rod was lost on the way, unless ``failing``.
+    """
+    frames: dict[str, list[np.ndarray]] = {name: [] for name in keep}
+    for time in times:
+        if time > rods.time:
+            span = time - rods.time
+            steps = int(np.ceil(span / dt * (1 - 1e-9)))
+            rods.step(span / steps, steps)
+        now = rods.variables()
+        for name, column in frames.items():
+            column.append(now[name])
+    lost = rods.failures()
+    if lost and not failing:
+        rod, when, what = lost[0]
+        raise RodFailure(f"{len(lost)} rods were lost; rod {rod} {what} at t = {when:.4g}: {rods.parameters(rod)}")
+    data: dict[str, Any] = {name: (rods.saved[name].dims, np.array(column)) for name, column in frames.items()}
+    data |= {name: (STATIC[name].dims, value) for name, value in rods.static().items() if name not in data}
+    s = np.linspace(-0.5, 0.5, next((v[1].shape[2] for v in data.values() if "node" in v[0]), rods.nodes))
+    return xr.Dataset(data, coords={"time": ("frame", np.asarray(times)), "s": (ARC.dims, s)})
+

@@ -16,7 +16,6 @@ _HOME = {
     "run": "warp_rods.runner",
     "buckling": "",
     "continuation": "",
-    "crossings": "",
     "diagnostics": "",
     "errors": "",
     "kymograph": "",

@@ -141,6 +141,8 @@ def _loop(simulation: Simulation, kept: RunFolder, console: Console) -> tuple[in
             for line in simulation.new_doubts():
                 _warn(bar.console, line)
         bar.update(task, completed=planned)
+    if simulation.contact.finest > 1:
+        console.print(f"contact: steps were cut into {simulation.contact.finest} at times")
     return done_before * simulation.rods, lost
 
 

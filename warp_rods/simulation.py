@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods import ensembles
-from warp_rods.contact import Contact
+from warp_rods.contact import LARGEST_MOVE, Contact
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene import Scene
 from warp_rods.step_limits import SAFETY, StepLimit
@@ -177,6 +177,12 @@ class Simulation:
 
     def new_doubts(self) -> list[str]:
         """A line for each thing seen since this was last asked that throws doubt on the answers."""
+        if self.contact.unresolved and "contact" not in self._doubted:
+            self._doubted.add("contact")
+            self._doubts.append(
+                f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core in a step, however "
+                f"short: rods may have passed through each other; place them farther apart, or weaken what drives them"
+            )
         found, self._doubts = self._doubts, []
         return found
 

@@ -46,6 +46,8 @@ class BoundRods:
     """
 
     saved = FILAMENT_VARIABLES
+    recordable = False
+    """A step is more than kernels: it may refine the rods, or move the membrane."""
 
     def __init__(
         self,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warp_rods.neighbours import Neighbours
+from warp_rods.recorded import Recorded
 from warp_rods.surroundings import Surroundings
 
 STRETCH = 4
@@ -36,8 +37,10 @@ def largest_step(stiffness: float) -> float:
 class Contact:
     """Steps of all ``ensembles`` of a scene under what they feel of their ``surroundings``."""
 
-    def __init__(self, ensembles: dict[str, Any], surroundings: Surroundings):
-        self._ensembles, self._surroundings = ensembles, surroundings
+    def __init__(self, ensembles: dict[str, Any], surroundings: Surroundings, device: Any):
+        self._ensembles, self._surroundings, self._device = ensembles, surroundings, device
+        self._graph: Recorded | None = None
+        self._edition: Any = None
         self.parts = 1
         """Steps taken in place of one: a power of 2."""
         self._fewest = 1
@@ -71,10 +74,30 @@ class Contact:
                 yield steps - -(-left // self.parts)
 
     def _walk(self, dt: float, steps: int) -> None:
+        crowd = self._ensembles.values()
+        if not (self._surroundings.recordable and all(e.recordable for e in crowd)):
+            for _ in range(steps):
+                self._surroundings.exert()
+                for ensemble in crowd:
+                    ensemble.step(dt)
+            return
+        for ensemble in crowd:
+            ensemble.set_step(dt)
         for _ in range(steps):
-            self._surroundings.exert()
-            for ensemble in self._ensembles.values():
-                ensemble.step(dt)
+            self._whole_step()()
+            for ensemble in crowd:
+                ensemble.passed(dt)
+
+    def _whole_step(self) -> Recorded:
+        """Forces and a step of every ensemble in one graph."""
+        if self._graph is None or self._edition is not self._surroundings.edition:
+            self._graph, self._edition = Recorded(self._launch, self._device), self._surroundings.edition
+        return self._graph
+
+    def _launch(self) -> None:
+        self._surroundings.exert()
+        for ensemble in self._ensembles.values():
+            ensemble.take_step()
 
     @property
     def _neighbours(self) -> Neighbours:

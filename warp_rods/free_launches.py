@@ -55,6 +55,11 @@ class FreeLaunches:
         parts = slices(self.rods, self.nodes, self.device)
         return [part(self.arrays, rods) for rods in parts] if len(parts) > 1 else [self.arrays]
 
+    @property
+    def threads(self) -> int:
+        """How many share a step."""
+        return self._move.threads
+
     def advance(self) -> None:
         """One step of every sound rod."""
         self._move()

@@ -116,10 +116,22 @@ class FreeRods(FreeReadings):
         self.set_step(dt)
         for _ in range(steps):
             self._ask()
-            self._run.advance()
-            self.time += dt
-        if steps:
-            self._last_step = dt
+            self.take_step()
+            self.passed(dt)
+
+    @property
+    def recordable(self) -> bool:
+        """Whether a step is kernels alone, on one thread: then ``take_step`` can be a part of a recorded sequence."""
+        return self._external is None and self._run.threads == 1
+
+    def take_step(self) -> None:
+        """Launch one step as long as ``set_step`` said."""
+        self._run.advance()
+
+    def passed(self, dt: float) -> None:
+        """Let the time of a step of ``dt`` pass, which has been taken."""
+        self.time += dt
+        self._last_step = dt
 
     def set_step(self, dt: float) -> None:
         """Make ``dt`` the length of the steps to come."""

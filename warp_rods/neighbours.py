@@ -81,6 +81,11 @@ class Neighbours:
         return steric.REACH * self.range
 
     @property
+    def threads(self) -> int:
+        """How many share ``push``."""
+        return self._gather.threads
+
+    @property
     def points(self) -> int:
         """Nodes of all ensembles."""
         return self._first[-1]
@@ -119,6 +124,8 @@ class Neighbours:
         self._lists.count = wp.zeros(self.points, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
+        self.edition = object()
+        """Another one when what ``push`` launches has changed."""
         self._look = Recorded(self._launch_pack, self._device)
         points = slices(self.points, 1, self._device)
         self._gather = SideBySide([partial(self._launch_gather, p) for p in points], self._device)

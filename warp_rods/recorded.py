@@ -18,23 +18,34 @@ WORTH_A_THREAD = 10_000
 class Recorded:
     """Calls ``launches`` once under capture, on the CPU too, and replays the graph at every call.
 
-    A graph freezes scalars and pointers: what changes between steps lives in device arrays.
+    A graph freezes scalars and pointers: what changes between steps lives in device arrays. A sequence that is called
+    while a longer one is recorded becomes a part of that.
     """
+
+    recording = False
 
     def __init__(self, launches: Callable[[], None], device):
         self._launches, self._device = launches, device
         self._graph: Any = None
 
     def __call__(self) -> None:
-        self.record()
-        wp.capture_launch(self._graph)
+        if Recorded.recording:
+            self._launches()
+        else:
+            self.record()
+            wp.capture_launch(self._graph)
 
     def record(self) -> None:
         """Capture the graph, if that has not been done."""
-        if self._graph is None:
+        if self._graph is not None:
+            return
+        Recorded.recording = True
+        try:
             with wp.ScopedCapture(device=self._device) as capture:
                 self._launches()
-            self._graph = capture.graph
+        finally:
+            Recorded.recording = False
+        self._graph = capture.graph
 
 
 class SideBySide:
@@ -45,6 +56,11 @@ class SideBySide:
 
     def __init__(self, sequences: Sequence[Callable[[], None]], device: Any):
         self._recorded = [Recorded(launches, device) for launches in sequences]
+
+    @property
+    def threads(self) -> int:
+        """How many there are."""
+        return len(self._recorded)
 
     def __call__(self) -> None:
         first, *others = self._recorded

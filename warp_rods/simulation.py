@@ -88,7 +88,7 @@ class Simulation:
         self._membrane_works = layout.surface is not None and layout.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device)
         self._surroundings.refresh()
-        self.contact = Contact(self.ensembles, self._surroundings)
+        self.contact = Contact(self.ensembles, self._surroundings, self.device)
         self.step_size, self.warnings = self._choose_step(layout.limits)
         self.warnings += layout.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)

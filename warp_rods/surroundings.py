@@ -47,6 +47,16 @@ class Surroundings:
     def __bool__(self) -> bool:
         return bool(self.neighbours or self._walls)
 
+    @property
+    def recordable(self) -> bool:
+        """Whether ``exert`` is kernels alone, on one thread."""
+        return self.neighbours is None or self.neighbours.threads == 1
+
+    @property
+    def edition(self) -> Any:
+        """Another object when what ``exert`` launches has changed."""
+        return None if self.neighbours is None else self.neighbours.edition
+
     def refresh(self) -> None:
         """Make lists of neighbours of the present positions."""
         if self.neighbours and not self._rebuilt():

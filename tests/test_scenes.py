@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from warp_rods import runner
+from warp_rods.crossings import crossings
 from warp_rods.scene import Scene
 
 SCENES = Path(__file__).parent.parent / "scenes"
@@ -61,3 +62,18 @@ def test_twist_picks_the_hand_of_a_helix(tmp_path):
     data = runner.run(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
     right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
     assert (right > 0.1).all() and (left < -0.1).all()
+
+
+@pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
+def test_only_without_sterics_a_soft_cell_passes_through_itself(name, passes, tmp_path):
+    data = runner.run(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
+    assert bool(crossings(data).crossings.sum() > 0) == passes
+    assert (data.steric_energy.max() > 1e-3) != passes
+
+
+def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
+    data = runner.run(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
+    radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)
+    assert radius.max() < 1.5  # the wall pushes from 0.05 before it; a swimmer cannot press as hard as it does there
+    assert np.median(radius[-1]) > 1.3
+    assert (data["wall_energy"][-1] > 0).sum() > 40

@@ -15,7 +15,7 @@ import test_stencils
 import warp as wp
 
 import warp_rods.kernels
-from warp_rods.kernels import bound_frames, free_output, surface
+from warp_rods.kernels import bound_frames, box, free_output, surface
 from warp_rods.surfaces import SURFACES
 
 ARCHITECTURE = 80
@@ -35,6 +35,9 @@ MADE: dict[str, Callable[[], list[wp.Module | ModuleType]]] = {
     ],
     "frames on a torus": lambda: [
         kernel.module for kernel in vars(bound_frames.on_surface(SURFACES["torus"].field)).values()
+    ],
+    "walls of a slab and of every surface": lambda: [
+        box.walls_of(field).module for field in (box.slab, *(row.field for row in SURFACES.values()))
     ],
     "an external force": lambda: [free_output.force_field(weight).module],
 }

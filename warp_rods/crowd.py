@@ -74,7 +74,7 @@ class Room:
                 return (position, rotation), lines
             position[out], rotation[out] = arrange(self, len(out), rng)
             lines[out] = _laid_out(position[out], rotation[out], shapes[out])
-        raise SceneError(f"placement: {len(out)} rods found no place in the container; is it too small?")
+        raise SceneError(f"{len(out)} rods found no place in the container: place fewer")
 
     def holds(self, lines: np.ndarray) -> np.ndarray:
         """Whether a container holds all of each centre line [rod, node, 3]; without one, yes [rod]."""
@@ -157,7 +157,12 @@ def arranged(
     # In the order of chance, so that no ensemble gets the better places.
     every = np.concatenate([_resampled(lines, nodes) for lines in shapes.values()])
     order = rng.permutation(len(every))
-    poses, note = _find(arrangement, scene, every[order], others, rng)
+    room = Room.of(scene, scene.steric.core / 2 if scene.steric else 0.0)
+    try:
+        poses, note = _find(arrangement, room, scene, every[order], others, rng)
+    except SceneError as error:
+        closer = ", or lay them in lanes, which pack closer" if arrangement == "random" else ""
+        raise SceneError(f'placement = "{arrangement}": {error}, or make the box larger{closer}') from None
     back = np.argsort(order)
     ends = np.cumsum([len(lines) for lines in shapes.values()])[:-1]
     split = [np.split(part[back], ends) for part in poses]
@@ -165,12 +170,12 @@ def arranged(
 
 
 def _find(
-    arrangement: str, scene: Scene, shapes: np.ndarray, others: np.ndarray, rng: np.random.Generator
+    arrangement: str, room: Room, scene: Scene, shapes: np.ndarray, others: np.ndarray, rng: np.random.Generator
 ) -> tuple[Poses, str]:
     """Poses of rods with centre lines ``shapes`` [rod, node, 3], and a note."""
     core = scene.steric.core if scene.steric else 0.0
     spacing = 1 / (shapes.shape[1] - 1)
-    clearance, room = max(core, spacing), Room.of(scene, core / 2)
+    clearance = max(core, spacing)
 
     def draw(rods: np.ndarray) -> tuple[Poses, np.ndarray]:
         return room.draw(arrangement, shapes[rods], rng)

@@ -16,7 +16,7 @@ ROOMS = [
     {"surfaces", "membrane", "surface_kinds", "enclosure", "in_time"}
     | {"expression", "formula", "field_source", "level_set", "distance"},
     {"modes", "elements", "airy", "symmetry", "tension", "stability", "flagella", "swimmer_shapes"},
-    {"bound_rods", "bound_checks", "bound_arrays", "bound_launches", "placement", "overlap", "step_limits"},
+    {"bound_rods", "bound_checks", "bound_arrays", "bound_launches", "placement", "overlap", "barrier", "step_limits"},
     {"free_rods", "free_arrays", "free_launches", "free_readings"},
     {"buckling", "twisted_stability"},
     {"neighbours", "walls"},

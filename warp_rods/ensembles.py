@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import crowd, placement, scene_ensembles, surfaces
+from warp_rods import barrier, crowd, placement, scene_ensembles, surfaces
 from warp_rods.bound_rods import BoundRods
 from warp_rods.errors import SceneError
 from warp_rods.free_rods import FreeRods
@@ -67,6 +67,12 @@ def lay_out(scene: Scene, device) -> Layout:
                 build(layout, table)
             except SceneError as error:
                 raise SceneError(f"{kind}[{index}].{error}") from None
+    if scene.steric and scene.steric.strength > 0:
+        for name, rods in layout.ensembles.items():
+            spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
+            layout.warnings += barrier.doubts(
+                name, spacing, scene.steric.strength, scene.steric.range, scene.steric.core, swims
+            )
     return layout
 
 

@@ -1,0 +1,37 @@
+"""How high the steric barrier between crossing rods is, and when the user is told that it is low."""
+
+import numpy as np
+import pytest
+from reference_steric import Pairs, Rods
+
+from warp_rods import barrier
+
+STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
+
+
+def test_force_of_crossing_rods_is_that_of_the_sums():
+    """Two straight rods at right angles, well resolved, at distances h: the largest force by the sums over nodes."""
+    s = np.linspace(-0.5, 0.5, 201)
+    forces = []
+    for h in np.linspace(0.02, 0.06, 21):
+        one = np.stack([s, 0 * s, 0 * s + h], axis=-1)
+        other = np.stack([0 * s, s, 0 * s], axis=-1)
+        pairs = Pairs([Rods(np.stack([one]), np.ones(1)), Rods(np.stack([other]), np.ones(1))], **STERIC)
+        forces.append((pairs.forces() * pairs.weights[:, None])[:201, 2].sum())
+    assert barrier.barrier_force(100.0, 0.02, 0.08) == pytest.approx(max(forces), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("strength", "spacing", "swims", "said"),
+    [
+        (1000.0, 0.03, True, []),
+        (500.0, 0.03, True, ["strength = 785"]),
+        (500.0, 0.03, False, []),
+        (1000.0, 0.1, True, ["1.2 times as many nodes"]),
+        (1000.0, 0.1, False, ["1.2 times as many nodes"]),
+    ],
+)
+def test_low_barriers_and_wide_meshes_are_told(strength, spacing, swims, said):
+    found = barrier.doubts("cells", spacing, strength, 0.02, 0.08, swims)
+    assert len(found) == len(said)
+    assert all(text in line for text, line in zip(said, found, strict=True))

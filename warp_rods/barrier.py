@@ -1,0 +1,46 @@
+"""Whether sterics keep rods apart: they are barriers of a height, and have a mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warp_rods.kernels.steric import REACH
+
+ENOUGH = 2.0
+"""Force of a barrier, in pushes of one swimmer, that was seen to hold in dense swarms."""
+
+
+def barrier_force(strength: float, range: float, core: float) -> float:
+    """The largest force between two straight rods that cross at right angles at a distance h.
+
+    The integral of −G' h/ρ over both (5.39) is 2π h (G(ρ₀) − G(ρ_c)), with ρ₀ of the distance and ρ_c of the reach.
+    """
+    h = np.linspace(0, REACH * range, 4000)
+
+    def attenuated(r: Any) -> Any:
+        rho = np.hypot(r, core)
+        return strength * np.exp(-rho / range) / (2 * rho)
+
+    return float((h * (attenuated(h) - attenuated(REACH * range))).max())
+
+
+def doubts(name: str, spacing: float, strength: float, range: float, core: float, swims: bool) -> list[str]:
+    """Lines for the user on what rods of an ensemble may pass through: between nodes, or over the barrier.
+
+    spacing of the nodes, length. A swimmer pushes with 1 at most (f* L); what drives a filament is not known here.
+    """
+    found = []
+    if spacing > core:
+        found.append(
+            f"{name}: nodes are {spacing:.3g} apart, more than the steric core, {core:.3g}: rods may pass between "
+            f"them; use {spacing / core:.2g} times as many nodes, or a wider core"
+        )
+    force = barrier_force(strength, range, core)
+    if swims and 0 < force < ENOUGH:
+        found.append(
+            f"{name}: two crossing rods push each other with {force:.2g} at most, and a swimmer with 1: rods may pass "
+            f"through each other; use steric.strength = {strength * ENOUGH / force:.3g} or more"
+        )
+    return found

@@ -22,12 +22,16 @@ class Rods:
 
 @dataclass(frozen=True)
 class Pairs:
-    """All nodes of all ensembles in one list, and the potential between them: strength g0, range a, core ε."""
+    """All nodes of all ensembles in one list, and the potential between them: strength g0, range a, core ε.
+
+    period [3] of the box along each axis, 0 where there is none: of a pair the nearest images count.
+    """
 
     ensembles: list[Rods]
     strength: float
     range: float
     core: float
+    period: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def _joined(self, per_ensemble) -> np.ndarray:
         return np.concatenate([per_ensemble(e).reshape(-1) for e in self.ensembles])
@@ -62,6 +66,9 @@ class Pairs:
     def _separations(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """r_i − r_j, ρ and which pairs count; complex points are differentiated through."""
         d = points[:, None] - points
+        for axis, period in enumerate(self.period):
+            if period:
+                d[..., axis] -= period * np.round(d[..., axis].real / period)
         square = np.sum(d * d, axis=-1)
         return d, np.sqrt(square + self.core**2), self.allowed & (square.real < (REACH * self.range) ** 2)
 
@@ -73,7 +80,21 @@ class Pairs:
 
     def forces(self) -> np.ndarray:
         """Force per length on each node [point, 3] (5.39)."""
-        d, rho, counts = self._separations(self.points)
+        return self.force_of(self.points)
+
+    def force_of(self, points: np.ndarray) -> np.ndarray:
+        """Force per length with the points [point, 3] where these are; complex ones are differentiated through."""
+        d, rho, counts = self._separations(points)
         a = self.range
         push = self.strength * (rho + a) * np.exp(-rho / a) / (4 * np.pi * a * rho**3)
         return np.einsum("ij,ijk,j->ik", np.where(counts, push, 0), d, self.weights)
+
+    def mobility_jacobian(self, drag: np.ndarray) -> np.ndarray:
+        """∂(f_i/ζ_i)/∂r_j [3 point, 3 point] by complex steps: what nodes that move singly would do; 1/time."""
+        step, size = 1e-30, self.points.size
+        found = np.empty((size, size))
+        for column in range(size):
+            moved = self.points.astype(complex)
+            moved.flat[column] += 1j * step
+            found[:, column] = (self.force_of(moved).imag / step / drag[:, None]).ravel()
+        return found

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from reference_steric import Rods
-from test_steric import STERIC, Held, all_forces, walks
+from steric_cases import STERIC, Held, all_forces, walks
 
 from warp_rods import recorded
 from warp_rods.free_rods import FreeRods

@@ -186,10 +186,19 @@ def _find(
     if arrangement != "random" or room.container:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
+    close = max(CLOSE[0] * core, CLOSE[1] * spacing)
+    # Rods that lie flat cannot be pushed out from under each other: those that cross do so a clearance apart at once.
+    squeeze = np.array([1.0, 1.0, close / clearance if room.flat else 1.0])
+
+    def squeezed(rods: np.ndarray) -> tuple[Poses, np.ndarray]:
+        poses, lines = draw(rods)
+        return poses, lines * squeeze
+
     for _ in range(JAMS):
-        drawn = without_overlap(len(shapes), draw, max(CLOSE[0] * core, CLOSE[1] * spacing), space)
+        drawn = without_overlap(len(shapes), squeezed, close, Space(others * squeeze, space.period))
         position, rotation = drawn.poses
-        poses = pushed_apart(position, rotation, shapes, clearance, space, room.flat)
+        heights = (float(room.low[2]), float(room.high[2])) if room.flat else None
+        poses = pushed_apart(position, rotation, shapes, clearance, space, heights)
         if poses:
             return poses, f"pushed apart to {clearance:.3g}"
     raise SceneError(f"count = {len(shapes)}: rods jam before they are {clearance:g} apart; place fewer")

@@ -61,12 +61,14 @@ def lay_out(scene: Scene, device) -> Layout:
         layout.surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
         if layout.surface.kind in surfaces.GIVEN and not layout.surface.closed:
             layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
-    for kind, build in BUILDERS.items():
-        for index, table in enumerate(getattr(scene, kind)):
-            try:
-                build(layout, table)
-            except SceneError as error:
-                raise SceneError(f"{kind}[{index}].{error}") from None
+    tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
+    # Rods that find their places themselves keep clear of those whose places are given, wherever these stand.
+    for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):
+        try:
+            BUILDERS[kind](layout, table)
+        except SceneError as error:
+            raise SceneError(f"{kind}[{index}].{error}") from None
+    layout.ensembles = {table.name: layout.ensembles[table.name] for _, _, table in tables}
     if scene.steric and scene.steric.strength > 0:
         for name, rods in layout.ensembles.items():
             spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)

@@ -102,12 +102,18 @@ def _apart(lines: np.ndarray, taken: np.ndarray, clearance: float, space: Space)
 
 
 def pushed_apart(
-    position: np.ndarray, rotation: np.ndarray, shapes: np.ndarray, clearance: float, space: Space, flat: bool
+    position: np.ndarray,
+    rotation: np.ndarray,
+    shapes: np.ndarray,
+    clearance: float,
+    space: Space,
+    heights: tuple[float, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Poses [rod, 3], [rod, 3, 3] of rigid rods ``shapes`` [rod, node, 3] that keep the clearance, from ones near by.
 
     Each pair of nodes that is closer is pushed aside by what is missing, shared by shift and turn of both rods so
-    that both move least; flat: in planes of equal z. None where some stay jammed.
+    that both move least. Between heights rods lie flat: they turn about z alone, and their middles stay between these;
+    without leave to rise, those that cross would never come apart. None where some stay jammed.
     """
     nodes, others = shapes.shape[1], space.others.reshape(-1, 3)
     length = np.linalg.norm(np.diff(shapes, axis=1), axis=-1).sum(axis=1)
@@ -119,8 +125,6 @@ def pushed_apart(
             return position, rotation
         missing = (ASIDE * clearance - np.linalg.norm(gap, axis=-1))[:, None]
         push = gap / np.linalg.norm(gap, axis=-1, keepdims=True) * missing / 2
-        if flat:
-            push[:, 2] = 0.0
         shift, turn, hits = np.zeros((len(shapes), 3)), np.zeros((len(shapes), 3)), np.zeros(len(shapes))
         for node, way in ((first, push), (second, -push)):
             node, way = node[node < len(points)], way[node < len(points)]
@@ -132,6 +136,9 @@ def pushed_apart(
             np.add.at(hits, rod, 1)
         hits = np.maximum(hits, 1)[:, None]
         position = position + shift / hits
+        if heights:
+            turn[:, :2] = 0.0
+            position[:, 2] = np.clip(position[:, 2], *heights)
         rotation = Rotation.from_rotvec(turn / hits).as_matrix() @ rotation
     return None
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -105,10 +105,8 @@ class Scene(Table):
         size = self.box.size
         if size is None and self.box.fraction is not None:
             assert self.steric is not None  # the scene is refused without
-            cells, width = sum(table.count for table in self.swimmers), self.steric.core
-            filled = cells * width * (1.0 if self.box.kind == "slab" else math.pi / 4 * width)
-            axes = AXES[self.box.kind]
-            size = ((filled / self.box.fraction) ** (1 / axes),) * axes
+            cells = sum(table.count for table in self.swimmers)
+            size = _filled(self.box.kind, self.box.fraction, cells, self.steric.core)
         return (*(size or (0.0, 0.0)), 0.0)[:3]  # type: ignore[return-value]
 
     @classmethod
@@ -127,6 +125,12 @@ class Scene(Table):
         return faults
 
 
+def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
+    """The periods of a box of which cells of length 1 and this width fill the fraction."""
+    filled = cells * width * (1.0 if kind == "slab" else math.pi / 4 * width)
+    return ((filled / fraction) ** (1 / AXES[kind]),) * AXES[kind]
+
+
 def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     """Faults between the box, the swimmers that live there and their sterics."""
     faults: Faults = []
@@ -138,16 +142,26 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
             if isinstance(table.get("placement"), str)
         ]
     box, steric = good.get("box"), good.get("steric")
-    if "swimmers" in good and not tables:
+    if not raw.get("swimmers"):
         faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
     if box and "fraction" in box and "steric" not in raw:
         text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
         faults.append(fault(("box", "fraction"), box, text))
-    least = 2 * REACH * steric["range"] if steric else 0.0
-    if box and "size" in box and min(box["size"]) <= least:
-        text = f" = {shown(box['size'])}: must be above {least:g}, twice the reach of the sterics, 8 ranges"
-        faults.append(fault(("box", "size"), box, text))
-    return faults
+    return faults + (_width_faults(box, steric, tables) if box and steric else [])
+
+
+def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
+    """Of a node only the nearest image is felt: a box is to be wider than the reach to both sides."""
+    least = 2 * REACH * steric["range"]
+    said = f"must be above {least:g}, twice the reach of the sterics, 8 ranges"
+    if "size" in box:
+        text = f" = {shown(box['size'])}: {said}"
+        return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
+    if "fraction" not in box or box["kind"] not in AXES or not tables:
+        return []
+    side = _filled(box["kind"], box["fraction"], sum(table["count"] for table in tables), steric["core"])[0]
+    text = f" = {box['fraction']:g}: makes a box {side:.4g} wide; it {said}: place more swimmers, or fill less"
+    return [fault(("box", "fraction"), box, text)] if side <= least else []
 
 
 def _name_faults(raw: dict[str, Any]) -> Faults:

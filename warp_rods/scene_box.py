@@ -77,7 +77,7 @@ class Box(Table):
             return []
         faults = [
             fault((key,), raw[key], f": a box of kind {kind} has no {key}; it has {', '.join(sorted(KEYS[kind]))}")
-            for key in raw.keys() & set().union(*KEYS.values()) - KEYS[kind]
+            for key in sorted(raw.keys() & set().union(*KEYS.values()) - KEYS[kind])
         ]
         faults += [
             fault((key,), raw, f": missing; must be {cls.model_fields[key].description}")

@@ -134,7 +134,7 @@ def _figure(data: xr.Dataset, terms: xr.Dataset, critical: float, rates: np.ndar
         x = np.broadcast_to(length[:, None], arc.shape)
         drawn = axes.pcolormesh(x, arc, values, shading="gouraud", rasterized=True)
         axes.axvline(critical, color="white", linewidth=0.7, linestyle=":")
-        axes.set_xlabel("length L")
+        axes.set_xlabel("length L (units of length)")
         bottom.colorbar(drawn, ax=axes, location="top", label=f"{label} (B/length²)", aspect=15)
     panels[0].set_ylabel("arc length from the site")
     _dissipation(panels[3], data, critical, rates)
@@ -164,6 +164,6 @@ def _dissipation(axes: Any, data: xr.Dataset, critical: float, rates: np.ndarray
         spent = data["dissipation"].isel(rod=rod).to_numpy()[3:] / rate
         axes.semilogy(data["length"].isel(rod=rod).to_numpy()[3:], spent, color=colour, label=f"rate {rate:g}")
     axes.axvline(critical, color="0.4", linewidth=0.7, linestyle=":")
-    axes.set_xlabel("length L")
+    axes.set_xlabel("length L (units of length)")
     axes.set_ylabel("dissipated per length (B/length²)")
     axes.legend()

@@ -13,7 +13,13 @@ from warp_rods.membrane import area_below, curvatures, triangulate
 from warp_rods.reproductions.film import film
 from warp_rods.reproductions.result import Result, Row
 from warp_rods.reproductions.sensor_figure import draw
-from warp_rods.reproductions.sensor_tests import comes_to_rest, more_robust, settle_sooner, sits_at_the_sign
+from warp_rods.reproductions.sensor_tests import (
+    comes_to_rest,
+    median_settling,
+    more_robust,
+    settle_sooner,
+    sits_at_the_sign,
+)
 from warp_rods.step_limits import SAFETY, filament_limits
 from warp_rods.surfaces import Surface, make
 
@@ -55,10 +61,9 @@ def sense(figure: str, quick: bool) -> Result:
     share = 1 - float(area_below(mesh, curvatures(surface, mesh.points).gaussian, np.array([0.0]))[0])
     sign = np.sign(case.curvature)
     rows = [sits_at_the_sign(twist, group, sign, share if sign > 0 else 1 - share) for twist, group in groups.items()]
-    for twist in twists[1:]:
-        rows += settle_sooner(twist, groups[twist], groups[0.0])
-        rows.append(comes_to_rest(twist, groups[twist], groups[0.0]))
-        rows.append(more_robust(twist, groups[twist], groups[0.0]))
+    rows += [median_settling(twist, group) for twist, group in groups.items()]
+    for claim in (settle_sooner, comes_to_rest, more_robust):
+        rows += [claim(twist, groups[twist], groups[0.0]) for twist in twists[1:]]
     rows.append(_only_loses(data))
     notes = (
         f"membrane |x|² − 1 + 0.16 (cos 5x + cos 5y + cos 5z), no sterics; L = {LENGTH:g}, B = (1, 1, 1), "

@@ -1,6 +1,8 @@
 """The host of the reproductions: names, files, failures; and every quick form against stored numbers."""
 
 import csv
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 from rich.console import Console
@@ -67,8 +69,15 @@ def test_list_names_them_all():
     assert all(name in done.output and row.what in done.output for name, row in REPRODUCTIONS.items())
 
 
-def test_a_process_that_dies_is_one_outcome(tmp_path, monkeypatch):
-    """A spawned process knows no patched table: an unknown name there ends as an error of this one alone."""
+def test_a_process_that_is_killed_is_an_outcome():
+    process, done = reproduce._Process("stiffness"), Future()
+    done.set_exception(BrokenProcessPool("killed"))
+    outcome = process.end(done)
+    assert outcome.name == "stiffness" and "killed" in outcome.error
+
+
+def test_one_that_fails_leaves_the_others_to_go_on(tmp_path, monkeypatch):
+    """A spawned process knows no patched table: a name that is not there fails in it."""
     monkeypatch.setitem(REPRODUCTIONS, "elsewhere", REPRODUCTIONS["stiffness"])
     first, second = reproduce.run(["elsewhere", "stiffness"], True, tmp_path, Console(quiet=True))
     assert first.name == "elsewhere" and "KeyError" in first.error

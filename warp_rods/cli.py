@@ -101,7 +101,7 @@ def reproduce(
 
     if name == "list":
         for known, row in REPRODUCTIONS.items():
-            print(f"{known:12} {row.what}")
+            print(f"{known:12} {row.what} (about {row.minutes:g} min)")
         return
     outcomes = reproduce.run([name], quick, out, Console(markup=False, highlight=False))
     if failed := [outcome.name for outcome in outcomes if outcome.error]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import difflib
 import multiprocessing
 import os
 import time
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from rich.table import Table
 
 from .errors import UnknownReproduction
 from .quiet import start_warp
+from .recorded import cores
 from .reproductions import REPRODUCTIONS, Result, Row
 
 OUT = Path("runs/reproduce")
@@ -60,12 +62,12 @@ def run(
     outcome's ``error``, the others go on. The numbers are those of one process, however many run at once.
     Raises UnknownReproduction for a name that is not known.
     """
-    names = [known for name in names for known in chosen(name)]
+    names = list(dict.fromkeys(known for name in names for known in chosen(name)))
     console = console or Console(stderr=True, markup=False, highlight=False)
-    workers = min(len(names), len(os.sched_getaffinity(0)))
-    os.environ["OMP_NUM_THREADS"] = "1"  # read when a process starts: NumPy's threads would fight over the cores
-    waiting, running, outcomes = list(names), dict[Future[Outcome], _Process](), list[Outcome]()
-    with console.status("") as status:
+    workers = min(len(names), cores())
+    waiting = sorted(names, key=lambda name: -REPRODUCTIONS[name].minutes)
+    running, outcomes = dict[Future[Outcome], _Process](), list[Outcome]()
+    with _one_thread_each(), console.status("") as status:
         while waiting or running:
             while waiting and len(running) < workers:
                 process = _Process(waiting.pop(0))
@@ -126,6 +128,17 @@ def report(outcome: Outcome, console: Console) -> None:
 def shown(value: float | str) -> str:
     """A number to four digits; a text as it is."""
     return value if isinstance(value, str) else f"{value:.4g}"
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """What a process reads when it starts: NumPy's own threads would fight over the cores, and change sums."""
+    before = os.environ.get("OMP_NUM_THREADS")
+    os.environ["OMP_NUM_THREADS"] = "1"
+    try:
+        yield
+    finally:
+        os.environ.pop("OMP_NUM_THREADS") if before is None else os.environ.update(OMP_NUM_THREADS=before)
 
 
 def _so_far(running: Iterable[_Process], done: int, of: int) -> str:

@@ -189,12 +189,12 @@ def test_without_sterics_they_may_overlap():
     ("box", "changes", "said"),
     [
         (
-            {"kind": "slab", "height": 0.05, "fraction": 0.95},
+            {"kind": "slab", "height": 0.1, "fraction": 0.95},
             {},
             r'swimmers\[0\]\.placement = "random": count = 60: .*place fewer, .*in lanes',
         ),
         (
-            {"kind": "slab", "height": 0.05, "fraction": 0.95},
+            {"kind": "slab", "height": 0.1, "fraction": 0.95},
             {"placement": "aligned"},
             r'swimmers\[0\]\.placement = "aligned": count = 60: after \d+ draws only \d+ fit 0\.08 apart; place fewer',
         ),

@@ -65,6 +65,8 @@ def faults(box, **changes) -> list[str]:
         ({"kind": "periodic", "size": [3, 3, 3], "wall": {}}, "box.wall: a box of kind periodic has no wall"),
         ({"kind": "slab"}, "box.height: missing; must be a positive number: the distance of a slab's walls"),
         ({"kind": "slab", "height": 0}, "box.height = 0: must be a positive number"),
+        ({"kind": "slab", "height": 0.09}, "box.height = 0.09: must be at least 0.1, twice the range of the walls"),
+        ({"kind": "slab", "height": 1, "wall": {"range": 0.6}}, "box.height = 1: must be at least 1.2, twice"),
         ({"kind": "slab", "height": 1, "size": [3, 3, 3]}, "must be 2 positive numbers for a slab box"),
         ({"kind": "slab", "height": 1, "side": "inside"}, "box.side: a box of kind slab has no side; it has fraction,"),
         ({"kind": "slab", "height": 1, "surface": SPHERE}, "box.surface: a box of kind slab has no surface"),

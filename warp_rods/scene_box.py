@@ -84,6 +84,7 @@ class Box(Table):
             for key in ("height", "surface")
             if key in KEYS[kind] and key not in raw
         ]
+        faults += _wall_faults(good) if kind == "slab" and {"height", "wall"} <= good.keys() else []
         return faults + _extent_faults(kind, raw, good)
 
 
@@ -102,3 +103,10 @@ def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faul
     if "surface" in good and kind == "container" and in_time.moving(good["surface"]):
         faults.append(fault(("surface",), good["surface"], ": a container must rest: give numbers, no texts in t"))
     return faults
+
+
+def _wall_faults(good: dict[str, Any]) -> Faults:
+    """Walls that overlap: at z = 0, where one hands over to the other, the force would jump."""
+    least = 2 * good["wall"].get("range", Wall.model_fields["range"].default)
+    text = f" = {good['height']:g}: must be at least {least:g}, twice the range of the walls"
+    return [fault(("height",), good["height"], text)] if good["height"] < least else []

@@ -64,7 +64,9 @@ def check(scene: SceneFile) -> None:
     from warp_rods.scene import Scene
     from warp_rods.simulation import Simulation
 
-    simulation = Simulation(Scene.load(scene), "cpu")
+    read = Scene.load(scene)
+    with Console(stderr=True).status("placing rods …"):
+        simulation = Simulation(read, "cpu")
     frames = simulation.frames
     for name, ensemble in simulation.ensembles.items():
         print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from reference_steric import Pairs, Rods
 
 from warp_rods import barrier
+from warp_rods.crossings import crossings
+from warp_rods.scene import Scene
+from warp_rods.simulation import Simulation
 
 STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
 
@@ -35,3 +39,31 @@ def test_low_barriers_and_wide_meshes_are_told(strength, spacing, swims, said):
     found = barrier.doubts("cells", spacing, strength, 0.02, 0.08, swims)
     assert len(found) == len(said)
     assert all(text in line for text, line in zip(said, found, strict=True))
+
+
+@pytest.mark.parametrize(("force", "passes"), [(0.4, True), (2.0, False)])
+def test_swimmers_slip_through_what_does_not_hold_them(force, passes):
+    """One swims into the flank of another that is held by a third of its kind on the other side."""
+    strength = force / barrier.barrier_force(1.0, 0.02, 0.08)
+    cells = {
+        "name": "cells", "count": 3, "nodes": 33, "bend": 0.1, "twist": 0.1, "flagella": {"profile": "uniform"},
+        "shape": {"kind": "straight"},
+        "placement": {"position": [[0, 0, 0], [-0.7, 0.01, 0], [0.7, -0.01, 0]],
+                      "direction": [[0, 1, 0], [1, 0, 0], [-1, 0, 0]]},
+    }  # fmt: skip
+    scene = {"swimmers": [cells], "steric": {**STERIC, "strength": 1.001 * strength},
+             "time": {"end": 0.5, "step": 5e-4, "save_every": 0.01}}  # fmt: skip
+    simulation = Simulation(Scene.parse(scene), "cpu")
+    assert len(simulation.warnings) == passes
+    position = [simulation.variables()["cells"]["position"]]
+    while simulation.frame < 50:
+        for _ in simulation.to_next_frame():
+            pass
+        position.append(simulation.variables()["cells"]["position"])
+    data = xr.Dataset(
+        {"position": (("frame", "rod", "node", "axis"), np.array(position)),
+         "status": (("frame", "rod"), np.zeros((51, 3), int)), "length": ("rod", np.ones(3))},
+        coords={"time": ("frame", simulation.frames.times), "rod": np.arange(3)},
+    )  # fmt: skip
+    assert (int(crossings(data)["crossings"].sum()) > 0) == passes
+    assert not simulation.contact.unresolved

@@ -3,6 +3,8 @@
     ρ = √(r² + ε²)     G = g0 e^(−ρ/a) / 4πρ     f_i = g0 Σ_j w_j (ρ + a) e^(−ρ/a) / (4π a ρ³) (r_i − r_j)
 
 with trapezoid weights w: then w_i f_i is minus the gradient of ½ Σ w_i w_j G with respect to r_i, to round-off.
+A pair beyond the reach is left out, and within it G less its tangent there is taken, G − G_c − G'_c (ρ − ρ_c): where
+ε > a contact itself is weak, a force that ended at once would end at a per cent of it, and steps lose their order.
 Each node gathers its own sum in the order of its list of neighbours, which is that of their numbers: no atomics, and
 the same bits however often lists are made and whatever more they hold.
 """
@@ -17,7 +19,7 @@ wp.set_module_options({"enable_backward": False})
 
 FOUR_PI = wp.constant(real(12.566370614359172))
 REACH = 8.0
-"""Pairs farther apart than this many ranges a are left out: what is missed is e⁻⁸/8 of the force scale."""
+"""Pairs farther apart than this many ranges a are left out."""
 
 
 @wp.struct
@@ -41,10 +43,21 @@ def push(rho: real, G: real, a: real) -> real:
 
 
 @wp.func
-def stiffness(square: real, rho: real, G: real, a: real) -> real:
+def reach_end(strength: real, a: real, core: real):
+    """ρ, G and −G' where the reach ends."""
+    cutoff = real(REACH) * a
+    rho = wp.sqrt(cutoff * cutoff + core * core)
+    G = yukawa(rho, strength, a)
+    return rho, G, rho * push(rho, G, a)
+
+
+@wp.func
+def stiffness(square: real, rho: real, G: real, a: real, F_end: real) -> real:
     """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d, P = −G'/ρ: across d it is P, along it P + P' r²/ρ."""
-    P = push(rho, G, a)
-    along = P - square * (rho * rho + real(3.0) * a * rho + real(3.0) * a * a) * G / (a * a * rho * rho * rho * rho)
+    inverse = real(1.0) / rho
+    P = push(rho, G, a) - F_end * inverse
+    bend = (rho * rho + real(3.0) * a * rho + real(3.0) * a * a) * G / (a * a * rho)  # −ρ³ P', but for F_end
+    along = P - square * (bend - F_end) * inverse * inverse * inverse
     return wp.max(P, wp.abs(along))
 
 
@@ -54,6 +67,7 @@ def gather(cloud: Cloud, lists: Lists, strength: real, a: real, core: real, firs
     i = first + wp.tid()
     x = cloud.position[i]
     cutoff = real(REACH) * a
+    rho_end, G_end, F_end = reach_end(strength, a, core)
     force = wp.vec3d()
     energy = real(0.0)
     for n in range(lists.count[i]):
@@ -62,9 +76,10 @@ def gather(cloud: Cloud, lists: Lists, strength: real, a: real, core: real, firs
         square = wp.dot(d, d)
         if square < cutoff * cutoff:
             rho = wp.sqrt(square + core * core)
-            wG = cloud.weight[j] * yukawa(rho, strength, a)
-            force += d * push(rho, wG, a)
-            energy += wG
+            G = yukawa(rho, strength, a)
+            w = cloud.weight[j]
+            force += d * (w * (push(rho, G, a) - F_end / rho))
+            energy += w * (G - G_end + F_end * (rho - rho_end))
     pairs.force[i] = force
     pairs.energy[i] = real(0.5) * energy
 
@@ -75,6 +90,7 @@ def stiffnesses(cloud: Cloud, lists: Lists, strength: real, a: real, core: real,
     i = wp.tid()
     x = cloud.position[i]
     cutoff = real(REACH) * a
+    _, _, F_end = reach_end(strength, a, core)
     total = real(0.0)
     for n in range(lists.count[i]):
         j = lists.near[i, n]
@@ -82,7 +98,7 @@ def stiffnesses(cloud: Cloud, lists: Lists, strength: real, a: real, core: real,
         square = wp.dot(d, d)
         if square < cutoff * cutoff:
             rho = wp.sqrt(square + core * core)
-            total += stiffness(square, rho, cloud.weight[j] * yukawa(rho, strength, a), a)
+            total += cloud.weight[j] * stiffness(square, rho, yukawa(rho, strength, a), a, F_end)
     stiff[i] = total / cloud.drag[i]
 
 

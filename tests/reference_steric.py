@@ -75,8 +75,17 @@ class Pairs:
     def energies(self, points: np.ndarray | None = None) -> np.ndarray:
         """Each node's half of its pairs' energy w_i w_j G."""
         _, rho, counts = self._separations(self.points if points is None else points)
-        G = self.strength * np.exp(-rho / self.range) / (4 * np.pi * rho)
+        end = np.hypot(REACH * self.range, self.core)
+        G = self._yukawa(rho) - self._yukawa(end) + self._pull(end) * (rho - end)
         return 0.5 * self.weights * np.sum(np.where(counts, G, 0) * self.weights, axis=1)
+
+    def _yukawa(self, rho):
+        """G(ρ)."""
+        return self.strength * np.exp(-rho / self.range) / (4 * np.pi * rho)
+
+    def _pull(self, rho):
+        """−G'(ρ), which at the end of the reach is taken off everywhere: there forces and energies come to nothing."""
+        return (1 / rho + 1 / self.range) * self._yukawa(rho)
 
     def forces(self) -> np.ndarray:
         """Force per length on each node [point, 3] (5.39)."""
@@ -85,8 +94,7 @@ class Pairs:
     def force_of(self, points: np.ndarray) -> np.ndarray:
         """Force per length with the points [point, 3] where these are; complex ones are differentiated through."""
         d, rho, counts = self._separations(points)
-        a = self.range
-        push = self.strength * (rho + a) * np.exp(-rho / a) / (4 * np.pi * a * rho**3)
+        push = (self._pull(rho) - self._pull(np.hypot(REACH * self.range, self.core))) / rho
         return np.einsum("ij,ijk,j->ik", np.where(counts, push, 0), d, self.weights)
 
     def mobility_jacobian(self, drag: np.ndarray) -> np.ndarray:

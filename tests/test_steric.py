@@ -27,6 +27,23 @@ def test_close_neighbours_along_one_rod_are_left_out(core, device):
     assert_agrees(neighbours, held, Pairs(ensembles, **(STERIC | {"core": core})))
 
 
+def test_forces_and_energies_come_to_nothing_where_their_reach_ends(device):
+    """Linearly and quadratically, whether the core is thinner than the range or thicker; so no step of Δt jumps."""
+    for core in (0.02, 0.1, 0.4):
+        steric = {"strength": 1.0, "range": 0.1, "core": core}
+        one = Rods(np.zeros((1, 2, 3)), np.ones(1))
+
+        def felt(share, one=one, steric=steric):
+            other = Rods(one.position + np.array([8 * 0.1 * share, 0, 0]), one.length)
+            neighbours, held = applied([one, other], device, **steric)
+            return np.abs(all_forces(held)).max(), neighbours.energies()[0].sum()
+
+        (force, energy), (less, least) = felt(1 - 1e-3), felt(1 - 1e-4)
+        assert less == pytest.approx(force / 10, rel=0.02) and least == pytest.approx(energy / 100, rel=0.02)
+        assert felt(1 + 1e-9) == (0.0, 0.0)
+        assert felt(1 - 1e-9)[0] < 1e-10 * felt(0.25)[0]
+
+
 def test_third_law(device):
     ensembles = crowd()
     _, held = applied(ensembles, device)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from warp_rods.kernels.steric import REACH
@@ -15,15 +13,13 @@ ENOUGH = 2.0
 def barrier_force(strength: float, range: float, core: float) -> float:
     """The largest force between two straight rods that cross at right angles at a distance h.
 
-    The integral of −G' h/ρ over both (5.39) is 2π h (G(ρ₀) − G(ρ_c)), with ρ₀ of the distance and ρ_c of the reach.
+    The integral of −G' h/ρ over both (5.39) is 2π h G, of the distance, less its tangent at the reach's end.
     """
     h = np.linspace(0, REACH * range, 4000)
-
-    def attenuated(r: Any) -> Any:
-        rho = np.hypot(r, core)
-        return strength * np.exp(-rho / range) / (2 * rho)
-
-    return float((h * (attenuated(h) - attenuated(REACH * range))).max())
+    rho = np.hypot(h, core)
+    G = strength * np.exp(-rho / range) / (4 * np.pi * rho)
+    F_end = (1 / rho[-1] + 1 / range) * G[-1]
+    return float((2 * np.pi * h * (G - G[-1] + F_end * (rho - rho[-1]))).max())
 
 
 def doubts(name: str, spacing: float, strength: float, range: float, core: float, swims: bool) -> list[str]:

@@ -151,7 +151,8 @@ def test_a_step_beyond_its_bound_is_warned_of():
 
 def test_a_step_left_out_is_chosen_below_every_bound():
     simulation = Simulation(scene(time={"end": 1.0}))
-    assert 1e-4 < simulation.step_size < 0.01 and not simulation.warnings
+    assert 1e-4 < simulation.step_size < 0.01
+    assert not [line for line in simulation.warnings if "step" in line]
 
 
 def test_lost_rods_are_named_and_a_run_without_rods_stops(tmp_path):

@@ -31,7 +31,7 @@ def doubts(name: str, spacing: float, strength: float, range: float, core: float
     if spacing > core:
         found.append(
             f"{name}: nodes are {spacing:.3g} apart, more than the steric core, {core:.3g}: rods may pass between "
-            f"them; use {spacing / core:.2g} times as many nodes, or a wider core"
+            f"them; use {np.ceil(10 * spacing / core) / 10:g} times as many nodes, or a wider core"
         )
     force = barrier_force(strength, range, core)
     if swims and 0 < force < ENOUGH:

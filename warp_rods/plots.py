@@ -5,7 +5,6 @@ Figures are those of Matplotlib, without pyplot: no window, no global list of fi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -98,21 +97,19 @@ def tubes(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize, to_rgb
 
-    camera = _camera(view)
-    lines = [np.asarray(line, dtype=float) for line in lines]
-    given = np.concatenate([np.broadcast_to(v, len(line)) for v, line in zip(_each(values, lines), lines, strict=True)])
+    camera, lines = _camera(view), [np.asarray(line, dtype=float) for line in lines]
+    each = [0.0] * len(lines) if values is None else values
+    given = np.concatenate([np.broadcast_to(v, len(line)) for v, line in zip(each, lines, strict=True)])
     norm = Normalize(*(limits or (given.min(), given.max())))
     mapped = ScalarMappable(norm, colour_map)
     colours = np.broadcast_to(to_rgb(colour), (len(given), 3)) if values is None else mapped.to_rgba(given)[:, :3]
-    parts = [_tube(line, radius, camera) for line in lines]
     shades = np.split(colours, np.cumsum([len(line) for line in lines])[:-1])
-    faces = [_lit(*part, colour) for part, colour in zip(parts, shades, strict=True)]
+    faces = [_lit(*_tube(line, radius, camera), shade) for line, shade in zip(lines, shades, strict=True)]
     faces += _sheet(membrane, camera) if membrane is not None else []
     corners, colours, depth = (np.concatenate(column) for column in zip(*faces, strict=True))
     order = np.argsort(depth, kind="stable")
     corners, colours = corners[order], colours[order]
-    solid = colours[:, 3] == 1.0
-    edges = np.where(solid[:, None], colours, 0.0)  # they close the hairlines between faces that hide what is behind
+    edges = np.where(colours[:, 3:] == 1.0, colours, 0.0)  # they close the hairlines between faces of a tube
     drawn = PolyCollection(list(corners), facecolors=colours, edgecolors=edges, linewidths=0.15, rasterized=True)
     axes.add_collection(drawn)
     axes.set_aspect("equal")
@@ -129,10 +126,6 @@ def scale_bar(axes: Any, length: float, label: str) -> None:
     axes.text(left + length / 2, at - 0.03 * (top - bottom), label, ha="center", va="top", fontsize=6.0)
     axes.set_xlim(left, max(right, left + length))
     axes.set_ylim(bottom - 0.2 * (top - bottom), top)
-
-
-def _each(values: Any, lines: Sequence[np.ndarray]) -> Sequence[Any]:
-    return [0.0] * len(lines) if values is None else list(values)
 
 
 def _camera(view: tuple[float, float]) -> np.ndarray:

@@ -16,12 +16,12 @@ SWIMMING = ("position", "strain", "activity", "status")
 
 
 def film(
-    rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING, failing: bool = False
+    rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING
 ) -> xr.Dataset:
     """Step rods (``FreeRods``, ``BoundRods``) to each of ``times``, with steps of at most ``dt``: one frame at each.
 
     ``keep``: names of ``variables`` to keep; with them come ``time``, ``s`` and what never changes. Raises RodFailure
-    where a rod was lost on the way, unless ``failing``.
+    where a rod was lost on the way.
     """
     frames: dict[str, list[np.ndarray]] = {name: [] for name in keep}
     for time in times:
@@ -32,8 +32,7 @@ def film(
         now = rods.variables()
         for name, column in frames.items():
             column.append(now[name])
-    lost = rods.failures()
-    if lost and not failing:
+    if lost := rods.failures():
         rod, when, what = lost[0]
         raise RodFailure(f"{len(lost)} rods were lost; rod {rod} {what} at t = {when:.4g}: {rods.parameters(rod)}")
     data: dict[str, Any] = {name: (rods.saved[name].dims, np.array(column)) for name, column in frames.items()}

@@ -17,7 +17,6 @@ from .neighbour_list import Cloud, Lists
 
 wp.set_module_options({"enable_backward": False})
 
-FOUR_PI = wp.constant(real(12.566370614359172))
 REACH = 8.0
 """Pairs farther apart than this many ranges a are left out."""
 
@@ -30,75 +29,71 @@ class Pairs:
     energy: wp.array(dtype=wp.float64)  # energy per length: half of each pair's
 
 
-@wp.func
-def yukawa(rho: real, strength: real, a: real) -> real:
-    """G(ρ) = g0 e^(−ρ/a)/(4πρ)."""
-    return strength * wp.exp(-rho / a) / (FOUR_PI * rho)
+@wp.struct
+class Yukawa:
+    """G(ρ) = g0 e^(−ρ/a)/4πρ in numbers that a pair needs, and what it has at the end of the reach."""
+
+    strength: real  # g0/4π
+    per_range: real  # 1/a
+    core_square: real  # ε²
+    reach_square: real
+    rho_end: real  # ρ_c
+    G_end: real  # G(ρ_c)
+    F_end: real  # −G'(ρ_c)
 
 
 @wp.func
-def push(rho: real, G: real, a: real) -> real:
-    """−G'(ρ)/ρ: the force per separation (D.87), from G(ρ)."""
-    return (rho + a) * G / (a * rho * rho)
+def pair(square: real, y: Yukawa):
+    """G and −G'/ρ, the force per separation (D.87), at this square of the distance: both nothing at the reach."""
+    rho = wp.sqrt(square + y.core_square)
+    per_rho = real(1.0) / rho
+    G = y.strength * wp.exp(-rho * y.per_range) * per_rho
+    F = (per_rho + y.per_range) * G
+    return G - y.G_end + y.F_end * (rho - y.rho_end), (F - y.F_end) * per_rho
 
 
 @wp.func
-def reach_end(strength: real, a: real, core: real):
-    """ρ, G and −G' where the reach ends."""
-    cutoff = real(REACH) * a
-    rho = wp.sqrt(cutoff * cutoff + core * core)
-    G = yukawa(rho, strength, a)
-    return rho, G, rho * push(rho, G, a)
-
-
-@wp.func
-def stiffness(square: real, rho: real, G: real, a: real, F_end: real) -> real:
-    """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d, P = −G'/ρ: across d it is P, along it P + P' r²/ρ."""
-    inverse = real(1.0) / rho
-    P = push(rho, G, a) - F_end * inverse
-    bend = (rho * rho + real(3.0) * a * rho + real(3.0) * a * a) * G / (a * a * rho)  # −ρ³ P', but for F_end
-    along = P - square * (bend - F_end) * inverse * inverse * inverse
-    return wp.max(P, wp.abs(along))
+def stiffness(square: real, y: Yukawa) -> real:
+    """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d, P = −G'/ρ: across d it is P, along it P − (G'' + P) r²/ρ²."""
+    rho_square = square + y.core_square
+    rho = wp.sqrt(rho_square)
+    _, P = pair(square, y)
+    G = y.strength * wp.exp(-rho * y.per_range) / rho
+    bend = (y.per_range * y.per_range + real(2.0) * (y.per_range + real(1.0) / rho) / rho) * G
+    return wp.max(P, wp.abs(P - (bend + P) * square / rho_square))
 
 
 @wp.kernel
-def gather(cloud: Cloud, lists: Lists, strength: real, a: real, core: real, first: int, pairs: Pairs):
+def gather(cloud: Cloud, lists: Lists, yukawa: Yukawa, first: int, pairs: Pairs):
     """Force and energy per length at every node from ``first`` on."""
     i = first + wp.tid()
     x = cloud.position[i]
-    cutoff = real(REACH) * a
-    rho_end, G_end, F_end = reach_end(strength, a, core)
     force = wp.vec3d()
     energy = real(0.0)
     for n in range(lists.count[i]):
         j = lists.near[i, n]
         d = nearest_image(x - cloud.position[j], cloud.period)
         square = wp.dot(d, d)
-        if square < cutoff * cutoff:
-            rho = wp.sqrt(square + core * core)
-            G = yukawa(rho, strength, a)
+        if square < yukawa.reach_square:
+            G, P = pair(square, yukawa)
             w = cloud.weight[j]
-            force += d * (w * (push(rho, G, a) - F_end / rho))
-            energy += w * (G - G_end + F_end * (rho - rho_end))
+            force += d * (w * P)
+            energy += w * G
     pairs.force[i] = force
     pairs.energy[i] = real(0.5) * energy
 
 
 @wp.kernel
-def stiffnesses(cloud: Cloud, lists: Lists, strength: real, a: real, core: real, stiff: wp.array(dtype=wp.float64)):
+def stiffnesses(cloud: Cloud, lists: Lists, yukawa: Yukawa, stiff: wp.array(dtype=wp.float64)):
     """Σ_j w_j |∂f/∂d| of every node, over its drag: how fast contact pulls it back at most; 1/time."""
     i = wp.tid()
-    x = cloud.position[i]
-    cutoff = real(REACH) * a
-    _, _, F_end = reach_end(strength, a, core)
     total = real(0.0)
     for n in range(lists.count[i]):
         j = lists.near[i, n]
-        d = nearest_image(x - cloud.position[j], cloud.period)
+        d = nearest_image(cloud.position[i] - cloud.position[j], cloud.period)
         square = wp.dot(d, d)
-        if square < cutoff * cutoff:
-            rho = wp.sqrt(square + core * core)
-            total += cloud.weight[j] * stiffness(square, rho, yukawa(rho, strength, a), a, F_end)
+        if square < yukawa.reach_square:
+            total += cloud.weight[j] * stiffness(square, yukawa)
     stiff[i] = total / cloud.drag[i]
 
 

@@ -64,6 +64,7 @@ class Neighbours:
         # Asked for here and not under capture: an ensemble may have to make room for forces, and then lay out frames.
         forces = [e.force_array for e in self._ensembles]
         self._arrays = [(e.position_array, e.spacing_array, f) for e, f in zip(self._ensembles, forces, strict=True)]
+        self._yukawa = _yukawa(strength, range, core)
         self._first = [0, *np.cumsum([e.count * e.nodes for e in self._ensembles]).tolist()]
         self._allocate(np.asarray(period, dtype=float))
         self._record()
@@ -188,7 +189,7 @@ class Neighbours:
             wp.launch(neighbour_list.pack, dim=position.shape, inputs=inputs, device=self._device)
 
     def _launch_gather(self, points: slice) -> None:
-        inputs = [self._cloud, self._lists, self.strength, self.range, self.core, points.start, self._pairs]
+        inputs = [self._cloud, self._lists, self._yukawa, points.start, self._pairs]
         wp.launch(steric.gather, dim=points.stop - points.start, inputs=inputs, device=self._device)
 
     def _launch_unpack(self) -> None:
@@ -201,7 +202,7 @@ class Neighbours:
         At the positions of the last ``push``. The fastest rate of the system is at most twice that, as both nodes of a
         pair move; along a rod they do not move singly, so that ζ∥ plays no part.
         """
-        inputs = [self._cloud, self._lists, self.strength, self.range, self.core, self._stiff]
+        inputs = [self._cloud, self._lists, self._yukawa, self._stiff]
         wp.launch(steric.stiffnesses, dim=self.points, inputs=inputs, device=self._device)
         return float(self._stiff.numpy().max(initial=0.0))
 
@@ -214,3 +215,14 @@ class Neighbours:
             wp.launch(steric.rod_energies, dim=e.count, inputs=inputs, device=self._device)
             found.append(to_host(energy))
         return found
+
+
+def _yukawa(strength: float, range: float, core: float) -> Any:
+    """The numbers of G(ρ) = g0 e^(−ρ/a)/4πρ for the kernels."""
+    y = steric.Yukawa()
+    y.strength, y.per_range, y.core_square = strength / (4 * np.pi), 1 / range, core**2
+    y.reach_square = (steric.REACH * range) ** 2
+    y.rho_end = np.sqrt(y.reach_square + y.core_square)
+    y.G_end = y.strength * np.exp(-y.rho_end / range) / y.rho_end
+    y.F_end = (1 / y.rho_end + 1 / range) * y.G_end
+    return y

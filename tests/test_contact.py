@@ -240,6 +240,50 @@ def test_a_refinement_in_a_stretch_that_is_redone_is_redone_too(monkeypatch):
         assert 0 < apart < 0.01 * moved
 
 
+def breathing(step: float) -> Simulation:
+    """Filaments in each other's way on a sphere that swells and shrinks."""
+    scene = {
+        "surface": {"kind": "sphere", "radius": "1 + 0.2*sin(6*t)"},
+        "filaments": [{
+            "name": "sensor", "count": 16, "nodes": 33, "length": 0.6, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1],
+        }],
+        "steric": {"strength": 5.0, "range": 0.04, "core": 0.05},
+        "time": {"end": 0.125, "step": step, "save_every": 0.03125},
+    }  # fmt: skip
+    return Simulation(Scene.parse(scene), "cpu")
+
+
+def finished(run: Simulation, start: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The last frame of a run that is taken up from this state."""
+    run.restore(start)
+    while run.frame < 4:
+        for _ in run.to_next_frame():
+            pass
+    return run.ensembles["sensor"].variables()
+
+
+def test_contact_on_a_moving_membrane_is_second_order_in_time_and_resumes_to_the_same_bits():
+    """From a state in which stiff modes have settled: at t = 0 all contacts begin at once, as no step resolves."""
+    first = breathing(0.125 / 512)
+    for _ in first.to_next_frame():
+        pass
+    start = first.state()
+    assert first.variables()["sensor"]["steric_energy"].sum() > 1e-3
+    counts = np.array([64, 128, 256, 512])
+    found = [finished(breathing(0.125 / count), start) for count in counts]
+    assert not found[-1]["status"].any()
+    for name in ("position", "strain"):
+        errors = [np.abs(b[name] - a[name]).max() for a, b in pairwise(found)]
+        assert slope(counts[:-1], errors) == pytest.approx(2, abs=0.2), (name, errors)
+    while first.frame < 4:
+        for _ in first.to_next_frame():
+            pass
+    expected = first.ensembles["sensor"].variables()["position"].tobytes()
+    assert found[-1]["position"].tobytes() == expected
+    uncut = {key: value for key, value in start.items() if key != "parts"}  # as runs left it that knew no cuts
+    assert finished(breathing(0.125 / 512), uncut)["position"].tobytes() == expected
+
+
 def test_what_even_the_finest_steps_do_not_resolve_is_said(monkeypatch):
     """Two swimmers on top of each other that fly apart, where no step may be cut into more than two."""
     monkeypatch.setattr(contact, "FINEST", 2)

@@ -210,7 +210,7 @@ class Simulation:
             prefix = f"{name}/"
             ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
         self._surroundings.refresh()
-        self.contact.parts = int(state["parts"])
+        self.contact.parts = int(state.get("parts", 1))  # of a run from before steps were cut there is none
         self.frame = int(state["frame"])
         if self.frame >= len(self.frames.times):
             raise RunFolderError(f"the run is beyond time.end = {self.scene.time.end:g} already")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from warp_rods.ensembles import lay_out
 from warp_rods.errors import SceneError
 from warp_rods.scene import Scene
 from warp_rods.simulation import Simulation
@@ -183,6 +184,16 @@ def test_a_container_holds_all_of_every_rod(word):
 def test_without_sterics_they_may_overlap():
     simulation = laid_out({"kind": "slab", "height": 0.11, "size": [2, 2]}, steric=None)
     assert closest(simulation) < 0.04 and "may overlap" in simulation.notes[0]
+
+
+def test_rods_that_start_in_each_other_are_told():
+    """Without a placement all swimmers are at the origin; where they coincide they feel nothing of each other."""
+    time, cells = {"end": 1.0}, {k: v for k, v in CELLS.items() if k != "placement"}
+    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3}], steric=STERIC, time=time), "cpu")
+    assert [line for line in crowd.warnings if line.startswith("3 pairs of rods start closer than 0.5 of")]
+    apart = {"position": [[0, 0, 0], [0, 0, 0.08], [0, 0, 1.0]]}
+    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3, "placement": apart}], steric=STERIC, time=time), "cpu")
+    assert not [line for line in crowd.warnings if "start closer" in line]
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,10 @@ from warp_rods import barrier, crowd, placement, scene_ensembles, surfaces
 from warp_rods.bound_rods import BoundRods
 from warp_rods.errors import SceneError
 from warp_rods.free_rods import FreeRods
-from warp_rods.overlap import Space, without_overlap
+from warp_rods.overlap import Space, overlapping, without_overlap
 from warp_rods.per_rod import each_node, each_rod
 from warp_rods.scene import Scene
+from warp_rods.scene_tables import Steric
 from warp_rods.step_limits import StepLimit, filament_limits, steric_limit, wall_limit
 from warp_rods.surface_kinds import SPARE
 from warp_rods.surfaces import Surface
@@ -26,6 +27,8 @@ FINE_ENOUGH = 0.3
 """Radians of bending a cell up to which second order means about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which a moving membrane is looked at for bounds of the step and of the nodes."""
+DEEP = 0.5
+"""Of the steric core: rods that start closer are told; the force of a crossing is largest at about that distance."""
 LIMIT_SAMPLES = 400
 """Points of the surface at which the orientation stiffness is looked at."""
 
@@ -70,12 +73,24 @@ def lay_out(scene: Scene, device) -> Layout:
             raise SceneError(f"{kind}[{index}].{error}") from None
     layout.ensembles = {table.name: layout.ensembles[table.name] for _, _, table in tables}
     if scene.steric and scene.steric.strength > 0:
-        for name, rods in layout.ensembles.items():
-            spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
-            layout.warnings += barrier.doubts(
-                name, spacing, scene.steric.strength, scene.steric.range, scene.steric.core, swims
-            )
+        layout.warnings += _steric_doubts(layout, scene.steric)
     return layout
+
+
+def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:
+    """Lines on what rods may pass through each other."""
+    found = []
+    for name, rods in layout.ensembles.items():
+        spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
+        found += barrier.doubts(name, spacing, steric.strength, steric.range, steric.core, swims)
+    lines = [rods.position for rods in layout.ensembles.values()]
+    pairs = overlapping(lines, DEEP * steric.core, np.array(layout.scene.period))
+    if pairs:
+        found.append(
+            f"{pairs} pairs of rods start closer than {DEEP:g} of the steric core, where it hardly parts them, and "
+            f"not at all where they coincide: place them farther apart, or in a [box] at random"
+        )
+    return found
 
 
 def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:

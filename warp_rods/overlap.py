@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -141,6 +141,16 @@ def pushed_apart(
             position[:, 2] = np.clip(position[:, 2], *heights)
         rotation = Rotation.from_rotvec(turn / hits).as_matrix() @ rotation
     return None
+
+
+def overlapping(lines: Sequence[np.ndarray], clearance: float, period: np.ndarray) -> int:
+    """How many pairs of rods, of ensembles of centre lines [rod, node, 3], have nodes closer than the clearance."""
+    points = np.concatenate([part.reshape(-1, 3) for part in lines])
+    nodes = np.concatenate([np.full(len(part), part.shape[1]) for part in lines])
+    owner = np.repeat(np.arange(len(nodes)), nodes)
+    points, owner = points[finite := np.isfinite(points).all(axis=1)], owner[finite]
+    pairs = owner[Space(points, period).tree(points).query_pairs(clearance, output_type="ndarray")]
+    return len(np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0))
 
 
 def _too_close(

@@ -61,7 +61,7 @@ def attractor(letter: str, quick: bool) -> Result:
     rows += _means(coordinates.isel(rod=0, frame=slice(-settled.sizes["frame"], None)), cycle)
     note = (
         f"β⊥ = {panel.bend:g}, β∥ = {panel.twist:g}, M = {panel.moment:g} (caption); ηr = {panel.rotational_drag:g} "
-        f"chosen, the text gives none (see fig4.3map); symmetry of C.4 kept; late: the last {LATE:g} of t = {end:g}"
+        f"chosen to give the published motion (fig4.3map); symmetry of C.4 kept; late: the last {LATE:g} of t = {end:g}"
     )
     return Result(_figure(motion, coordinates, starts, cycle), rows, data, (note,))
 

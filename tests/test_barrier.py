@@ -22,14 +22,23 @@ def test_force_of_crossing_rods_is_that_of_the_sums():
         other = np.stack([0 * s, s, 0 * s], axis=-1)
         pairs = Pairs([Rods(np.stack([one]), np.ones(1)), Rods(np.stack([other]), np.ones(1))], **STERIC)
         forces.append((pairs.forces() * pairs.weights[:, None])[:201, 2].sum())
-    assert barrier.barrier_force(100.0, 0.02, 0.08) == pytest.approx(max(forces), rel=1e-4)
+    assert barrier.crossing_force(100.0, 0.02, 0.08) == pytest.approx(max(forces), rel=1e-4)
+
+
+def test_force_of_a_tip_in_a_flank_is_that_of_the_sums():
+    s = np.linspace(-0.5, 0.5, 401)
+    flank, tip = np.stack([0 * s, s, 0 * s], axis=-1), np.stack([s + 0.5, 0 * s, 0 * s], axis=-1)
+    pairs = Pairs([Rods(line[None], np.ones(1)) for line in (flank, tip)], **STERIC)
+    force = (pairs.forces() * pairs.weights[:, None])[401:, 0].sum()
+    assert barrier.flank_force(100.0, 0.02, 0.08) == pytest.approx(force, rel=1e-3)
+    assert barrier.flank_force(100.0, 0.02, 0.08) < barrier.crossing_force(100.0, 0.02, 0.08)
 
 
 @pytest.mark.parametrize(
     ("strength", "spacing", "swims", "said"),
     [
         (1000.0, 0.03, True, []),
-        (500.0, 0.03, True, ["strength = 807"]),
+        (500.0, 0.03, True, ["strength = 886"]),
         (500.0, 0.03, False, []),
         (1000.0, 0.1, True, ["1.3 times as many nodes"]),
         (1000.0, 0.1, False, ["1.3 times as many nodes"]),
@@ -44,7 +53,7 @@ def test_low_barriers_and_wide_meshes_are_told(strength, spacing, swims, said):
 @pytest.mark.parametrize(("force", "passes"), [(0.4, True), (2.0, False)])
 def test_swimmers_slip_through_what_does_not_hold_them(force, passes):
     """One swims into the flank of another that is held by a third of its kind on the other side."""
-    strength = force / barrier.barrier_force(1.0, 0.02, 0.08)
+    strength = force / barrier.flank_force(1.0, 0.02, 0.08)
     cells = {
         "name": "cells", "count": 3, "nodes": 33, "bend": 0.1, "twist": 0.1, "flagella": {"profile": "uniform"},
         "shape": {"kind": "straight"},

@@ -57,7 +57,7 @@ def test_no_rod_is_closer_to_another_than_the_core(word, box, nodes):
     """Over the faces of the box too: for 17 nodes it is their spacing 1/16 that is below the core, for none above."""
     simulation = laid_out(box, {**CELLS, "placement": word, "nodes": nodes})
     assert closest(simulation) >= max(STERIC["core"], 1 / (nodes - 1)) * (1 - 1e-12)
-    assert len(simulation.notes) == 1 and word in simulation.notes[0]
+    assert [note for note in simulation.notes if f"placed {word}" in note]
 
 
 def test_the_wider_of_core_and_spacing_is_kept_clear():
@@ -186,6 +186,14 @@ def test_without_sterics_they_may_overlap():
     assert closest(simulation) < 0.04 and "may overlap" in simulation.notes[0]
 
 
+def test_rods_that_start_in_a_wall_are_told():
+    given = {"position": [[0, 0, 3.0], [0, 0.5, 0]]}
+    cells = {**CELLS, "count": 2, "placement": given}
+    for box in ({"kind": "slab", "height": 0.2}, {"kind": "container", "surface": SPHERE}):
+        scene = Scene(swimmers=[cells], steric=STERIC, box=box, time={"end": 1.0})
+        assert [line for line in lay_out(scene, "cpu").warnings if "1 rods start through a wall" in line]
+
+
 def test_rods_that_start_in_each_other_are_told():
     """Without a placement all swimmers are at the origin; where they coincide they feel nothing of each other."""
     time, cells = {"end": 1.0}, {k: v for k, v in CELLS.items() if k != "placement"}
@@ -202,7 +210,7 @@ def test_rods_that_start_in_each_other_are_told():
         (
             {"kind": "slab", "height": 0.1, "fraction": 0.95},
             {},
-            r'swimmers\[0\]\.placement = "random": count = 60: .*place fewer, .*in lanes',
+            r'swimmers\[0\]\.placement = "random": count = 60: .*place fewer, or make the box larger',
         ),
         (
             {"kind": "slab", "height": 0.1, "fraction": 0.95},
@@ -213,7 +221,7 @@ def test_rods_that_start_in_each_other_are_told():
         (
             {"kind": "container", "surface": {"kind": "sphere", "radius": 0.4}},
             {},
-            r'swimmers\[0\]\.placement = "random": \d+ rods found no place in the container: place fewer, or make',
+            r'swimmers\[0\]\.placement = "random": \d+ rods found no place inside the container.*: place fewer',
         ),
         (
             {"kind": "container", "surface": SPHERE, "side": "outside"},

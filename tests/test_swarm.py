@@ -172,3 +172,16 @@ def test_long_runs_are_read_in_parts(monkeypatch):
     monkeypatch.setattr("warp_rods.swarm_data._BLOCK_BYTES", 1)
     monkeypatch.setattr("warp_rods.swarm_data._PATIENCE", -1.0)
     xr.testing.assert_identical(swarm.measure(data, *names), whole)
+
+
+def test_ensembles_are_measured_together():
+    """A soft and a stiff cell that pass through each other: a crossing of neither group alone."""
+    open_space, none = (np.inf,) * 3, np.zeros((2, 1))
+    soft = group([[[0, 0, 0]], [[0, 0, 0]]], (1, 0, 0), period=open_space, activity=none)
+    stiff = group([[[0, 0, 0.1]], [[0.03, 0.02, -0.1]]], (0, 1, 0), period=open_space, activity=none)
+    tree = xr.DataTree.from_dict({"soft": soft, "stiff": stiff, "filament": soft.drop_vars("activity")})
+    both = swarm.together(tree)
+    assert both.sizes["rod"] == 2 and both["period"].dims == ("axis",)
+    assert [int(swarm.measure(data, "crossings").crossings.sum()) for data in (soft, stiff, both)] == [0, 0, 1]
+    with pytest.raises(ValueError, match="no ensemble called soff: the run has soft, stiff, filament"):
+        swarm.together(tree, "soff")

@@ -88,14 +88,14 @@ def test_density_holds_all_rods(box, period, dimensions):
 
 
 def test_density_is_where_the_rod_is():
-    """A node on an edge belongs to the cell above, and to the first at the period."""
-    data = group([[[0.5, 0.5, 0], [4.5, 0.5, 0]]], period=(5, 5, np.inf), nodes=3)
+    """A node on an edge belongs to the cell above, and to the first at the period; the box is about the origin."""
+    data = group([[[-2.0, -2.0, 0], [2.0, -2.0, 0]]], period=(5, 5, np.inf), nodes=3)
     found = density_map(data, cell=1.0)[0]
     expected = np.zeros((5, 5))
     for x, share in ((0.0, 0.25), (0.5, 0.5), (1.0, 0.25), (4.0, 0.25), (4.5, 0.5), (5.0, 0.25)):
         expected[int(x % 5), 0] += share
     np.testing.assert_allclose(found, expected)
-    assert found.x.values.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
+    assert found.x.values.tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0]
 
 
 @pytest.mark.parametrize("period", [(3.0, 4.0, 5.0), (3.0, np.inf, 5.0), OPEN])

@@ -74,7 +74,9 @@ class Room:
                 return (position, rotation), lines
             position[out], rotation[out] = arrange(self, len(out), rng)
             lines[out] = _laid_out(position[out], rotation[out], shapes[out])
-        raise SceneError(f"{len(out)} rods found no place in the container: place fewer")
+        raise SceneError(
+            f"{len(out)} rods found no place inside the container, which may be too small for their length: place fewer"
+        )
 
     def holds(self, lines: np.ndarray) -> np.ndarray:
         """Whether a container holds all of each centre line [rod, node, 3]; without one, yes [rod]."""
@@ -161,8 +163,7 @@ def arranged(
     try:
         poses, note = _find(arrangement, room, scene, every[order], others, rng)
     except SceneError as error:
-        closer = ", or lay them in lanes, which pack closer" if arrangement == "random" else ""
-        raise SceneError(f'placement = "{arrangement}": {error}, or make the box larger{closer}') from None
+        raise SceneError(f'placement = "{arrangement}": {error}, or make the box larger') from None
     back = np.argsort(order)
     ends = np.cumsum([len(lines) for lines in shapes.values()])[:-1]
     split = [np.split(part[back], ends) for part in poses]
@@ -208,6 +209,20 @@ def _resampled(lines: np.ndarray, nodes: int) -> np.ndarray:
     """Centre lines [rod, node, 3] at another number of nodes, linear between them."""
     old, new = np.linspace(0, 1, lines.shape[1]), np.linspace(0, 1, nodes)
     return lines if len(old) == nodes else interp1d(old, lines, axis=1)(new)
+
+
+def outside(scene: Scene, lines: np.ndarray) -> int:
+    """How many of the rods with centre lines [rod, node, 3] reach through a wall of the scene's box."""
+    box = scene.box
+    if box is None or box.wall is None:
+        return 0
+    if box.surface is None:
+        assert box.height is not None
+        out = np.abs(lines[..., 2]) > box.height / 2
+    else:
+        phi = surfaces.make(box.surface.kind, box.surface.parameters).phi(lines)
+        out = phi < 0 if box.side == "outside" else phi > 0
+    return int(out.any(axis=1).sum())
 
 
 def _laid_out(position: np.ndarray, rotation: np.ndarray, shapes: np.ndarray) -> np.ndarray:

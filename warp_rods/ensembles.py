@@ -72,6 +72,14 @@ def lay_out(scene: Scene, device) -> Layout:
         except SceneError as error:
             raise SceneError(f"{kind}[{index}].{error}") from None
     layout.ensembles = {table.name: layout.ensembles[table.name] for _, _, table in tables}
+    if any(scene.period):
+        sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
+        layout.notes.append(f"box: periods {sides}, {sum(t.count for t in scene.swimmers)} swimmers")
+    for table in scene.swimmers:
+        if out := crowd.outside(scene, layout.ensembles[table.name].position):
+            layout.warnings.append(
+                f"{table.name}: {out} rods start through a wall of the box and will be flung back: place them inside"
+            )
     if scene.steric and scene.steric.strength > 0:
         layout.warnings += _steric_doubts(layout, scene.steric)
     return layout
@@ -83,6 +91,12 @@ def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:
     for name, rods in layout.ensembles.items():
         spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
         found += barrier.doubts(name, spacing, steric.strength, steric.range, steric.core, swims)
+    period = min((side for side in layout.scene.period if side), default=np.inf)
+    if layout.scene.swimmers and period < 1 + steric.core:
+        found.append(
+            f"the box is {period:.3g} wide, no more than a swimmer and the core: a swimmer may meet its own image, and "
+            f"starts where it is in its own way; make the box wider"
+        )
     lines = [rods.position for rods in layout.ensembles.values()]
     pairs = overlapping(lines, DEEP * steric.core, np.array(layout.scene.period))
     if pairs:

@@ -15,6 +15,8 @@ from warp_rods.recorded import Recorded, SideBySide, slices
 
 CELLS = 64
 """Cells of the grid along an axis without a period; space wraps round it, so its extent does not matter."""
+MOST_CELLS = 2**21
+"""Cells of the grid at most: 16 MB."""
 PLACES = 32
 """Places for neighbours that lists begin with."""
 SPARE = 1.25
@@ -106,7 +108,9 @@ class Neighbours:
         cloud.drag = wp.array(drag, dtype=wp.float64, device=device)
         # On an axis with a period the cells divide it, none narrower than what a list reaches over.
         width = self.reach + self.skin
-        cells = np.where(period > 0, np.maximum(period // width, 1), CELLS).astype(int)
+        cells = np.where(period > 0, np.clip(period // width, 1, MOST_CELLS), CELLS).astype(int)
+        while cells.prod() > MOST_CELLS:  # wider ones do as well, and a wide box of few rods needs no more
+            cells[np.argmax(cells)] //= 2
         cloud.period = wp.vec3d(*period)
         cloud.cells_per_length = wp.vec3d(*np.where(period > 0, cells / np.where(period > 0, period, 1), 1 / width))
         self._cloud = cloud

@@ -19,7 +19,7 @@ import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
-from .errors import UnknownReproduction
+from .errors import RunFolderError, UnknownReproduction
 from .quiet import start_warp
 from .recorded import cores
 from .reproductions import REPRODUCTIONS, Result, Row
@@ -27,6 +27,7 @@ from .reproductions import REPRODUCTIONS, Result, Row
 OUT = Path("runs/reproduce")
 REFRESH = 0.5
 """Seconds between updates of the status line."""
+REDUCED = "a reduced form, to see that it runs: its verdicts are not to be quoted"
 COLUMNS = ("quantity", "published", "ours", "difference", "reading")
 
 
@@ -64,6 +65,9 @@ def run(
     """
     names = list(dict.fromkeys(known for name in names for known in chosen(name)))
     console = console or Console(stderr=True, markup=False, highlight=False)
+    if Path(out).is_file():
+        raise RunFolderError(f"{out} is a file: give another --out")
+    Path(out).mkdir(parents=True, exist_ok=True)
     workers = min(len(names), cores())
     waiting = sorted(names, key=lambda name: -REPRODUCTIONS[name].minutes)
     running, outcomes = dict[Future[Outcome], _Process](), list[Outcome]()
@@ -108,7 +112,8 @@ def perform(name: str, quick: bool, out: Path) -> Outcome:
         files = (*figures, _write_data(result, out, name), _write_table(result.rows, out, name))
     except Exception:  # any fault of one must leave the others to go on
         return Outcome(name, seconds=time.perf_counter() - start, error=traceback.format_exc())
-    return Outcome(name, tuple(result.rows), result.notes, files, time.perf_counter() - start)
+    notes = (REDUCED, *result.notes) if quick else tuple(result.notes)
+    return Outcome(name, tuple(result.rows), notes, files, time.perf_counter() - start)
 
 
 def report(outcome: Outcome, console: Console) -> None:

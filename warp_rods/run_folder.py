@@ -12,6 +12,7 @@ import numpy as np
 
 from warp_rods.errors import RunFolderError
 from warp_rods.scene import Scene
+from warp_rods.scene_tables import Time
 from warp_rods.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 try:
@@ -64,7 +65,7 @@ class RunFolder:
         return cls(path, TrajectoryWriter.create(path / STORE, groups, attributes), lock)
 
     @classmethod
-    def resume(cls, path: Path, scene: Scene) -> tuple[RunFolder, dict[str, np.ndarray]]:
+    def resume(cls, path: Path, scene: Scene, attributes: dict) -> tuple[RunFolder, dict[str, np.ndarray]]:
         """The folder of an unfinished run of this very scene, and its last checkpoint.
 
         Raises RunFolderError where there is none, or the scene differs.
@@ -78,7 +79,7 @@ class RunFolder:
         except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
             raise RunFolderError(f"{path / CHECKPOINT} is damaged ({fault}): run anew with --overwrite") from None
         lock = _lock(path)
-        writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1)
+        writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, attributes)
         return cls(path, writer, lock), state
 
     def keep(self, scene: Scene) -> None:
@@ -111,11 +112,29 @@ def _lock(path: Path) -> int:
     return held
 
 
+def as_begun(path: Path, scene: Scene) -> Scene:
+    """The scene with the step and the spacing of frames of the run in a folder, where it leaves them to be chosen.
+
+    What is chosen follows ``time.end``: without this no run could be made longer.
+    """
+    if not (path / SCENE).is_file():
+        return scene
+    before, time = Scene.load(path / SCENE).time, scene.time
+    begun: dict[str, float | None] = {}
+    if time.step is None:
+        begun["step"] = before.step
+    if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
+        begun["save_every"] = before.save_every
+    return scene.model_copy(update={"time": time.model_copy(update=begun)})
+
+
 def _check_same(before: Scene, scene: Scene, path: Path) -> None:
-    """Raises RunFolderError naming the tables in which a scene is not the one that was run, ``time.end`` apart."""
+    """Raises RunFolderError naming the keys in which a scene is not the one that was run, ``time.end`` apart."""
     old, new = before.model_dump(), scene.model_dump()
-    old["time"]["end"] = new["time"]["end"]
-    differing = [key for key in new if new[key] != old[key]]
+    differing = [key for key in new if key != "time" and new[key] != old[key]]
+    # The step as run is the frames' spacing over a whole number: its last digits follow the number of frames.
+    same = {key: np.isclose(new["time"][key], old["time"][key], rtol=1e-9, atol=0) for key in ("step", "save_every")}
+    differing += [f"time.{key}" for key, close in same.items() if not close]
     if differing:
         raise RunFolderError(
             f"{path / SCENE} differs from the scene given in {', '.join(differing)}: only time.end may change, to go on"

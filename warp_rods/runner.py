@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from warp_rods import trajectory
 from warp_rods.errors import SceneError
-from warp_rods.run_folder import RunFolder
+from warp_rods.run_folder import RunFolder, as_begun
 from warp_rods.scene import Scene
 from warp_rods.simulation import Simulation
 from warp_rods.trajectory import GroupSpec
@@ -57,11 +57,13 @@ def run(
     folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device = device_name(device)
-    if not resume:
+    if resume:
+        scene = as_begun(folder, scene)
+    else:
         RunFolder.check_free(folder, overwrite)
     simulation = _prepare(scene, device, console)
     if resume:
-        kept, state = RunFolder.resume(folder, simulation.scene)
+        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation))
     else:
         kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
     with kept:
@@ -108,7 +110,9 @@ def _begin(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray]
     """The first frame and a checkpoint of it, or the state of the checkpoint to go on from."""
     if state is not None:
         simulation.restore(state)
-        console.print(f"going on from t = {simulation.time:g}")
+        over = simulation.frame == len(simulation.frames.times) - 1
+        more = ": that is time.end already; make it longer to go on" if over else ""
+        console.print(f"going on from t = {simulation.time:g}{more}")
     else:
         kept.writer.append(0.0, simulation.variables())
         kept.checkpoint(simulation.state())

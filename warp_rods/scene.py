@@ -111,7 +111,7 @@ class Scene(Table):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        faults = [*_name_faults(raw), *_box_faults(raw, good)]
+        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good)]
         if not raw.get("filaments") and not raw.get("swimmers"):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
@@ -148,6 +148,20 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
         faults.append(fault(("box", "fraction"), box, text))
     return faults + (_width_faults(box, steric, tables) if box and steric else [])
+
+
+def _symmetry_faults(good: dict[str, Any]) -> Faults:
+    """Symmetric swimmers under forces that could break their symmetry."""
+    steric, box = good.get("steric"), good.get("box")
+    walls = box and box["kind"] != "periodic"
+    felt = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
+    forces = [name for name, there in felt.items() if there]
+    text = f" = true: not with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
+    return [
+        fault(("swimmers", i, "symmetric"), table, text)
+        for i, table in enumerate(good.get("swimmers") or ())
+        if forces and table.get("symmetric") is True
+    ]
 
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:

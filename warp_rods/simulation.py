@@ -62,9 +62,9 @@ class Frames:
         if not end / every < MOST_FRAMES:
             raise SceneError(f"time.save_every = {every:g}: {end / every:.3g} frames are too many; save less often")
         count = math.floor(end / every + 1e-9)
-        times = np.append(every * np.arange(count + 1), end) if count * every < end * (1 - 1e-9) else None
-        if times is None:
-            times = np.append(every * np.arange(count), end)
+        times = every * np.arange(count + 1)  # the last too where it is the end: a longer run has the same
+        if times[-1] < end * (1 - 1e-9):
+            times = np.append(times, end)
         spans = np.diff(times, prepend=0.0)
         steps = np.ceil(spans / step * (1 - 1e-9))
         if not steps.sum() < MOST_STEPS:

@@ -12,7 +12,7 @@ from typing import Any
 
 import xarray as xr
 
-from . import crossings, plots, swarm_motion, swarm_order, swarm_plots, swarm_shapes, swarm_space
+from . import crossings, plots, swarm_data, swarm_motion, swarm_order, swarm_plots, swarm_shapes, swarm_space
 
 MEASURES: dict[str, Callable[..., xr.DataArray]] = {
     "polar_order": swarm_order.polar_order,
@@ -60,6 +60,11 @@ def measure(dataset: xr.Dataset, *names: str) -> xr.Dataset:
     if unknown := [name for name in names if name not in MEASURES]:
         raise ValueError(f"no measure called {', '.join(unknown)}: there are {', '.join(MEASURES)}")
     return xr.Dataset({name: MEASURES[name](dataset) for name in names})
+
+
+def together(run: xr.DataTree, *names: str) -> xr.Dataset:
+    """Ensembles of a run, by default all swimmers, as one swarm to be measured: see ``swarm_data.together``."""
+    return swarm_data.together(run, *names)
 
 
 def plot(data: xr.Dataset, name: str, path: str | Path | None = None) -> Any:

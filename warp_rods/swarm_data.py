@@ -25,6 +25,30 @@ class Space(NamedTuple):
     period: np.ndarray
 
 
+JOINED = ("position", "strain", "activity", "energy", "status")
+"""What of several ensembles is joined to be measured as one swarm."""
+
+
+def together(run: xr.DataTree, *names: str) -> xr.Dataset:
+    """Ensembles of a run as one swarm: their rods one after the other, with what is measured of swarms.
+
+    names: of the ensembles; by default all swimmers. Raises ValueError where there are none, where their rods have
+    different numbers of nodes, or where one is not there.
+    """
+    names = names or tuple(name for name, group in run.children.items() if "activity" in group)
+    if not names or (missing := [name for name in names if name not in run.children]):
+        said = f"no ensemble called {', '.join(missing)}" if names else "no swimmers"
+        raise ValueError(f"{said}: the run has {', '.join(run.children)}")
+    groups = [run[name].to_dataset() for name in names]
+    if len({group.sizes["node"] for group in groups}) > 1:
+        raise ValueError(f"{', '.join(names)} have different numbers of nodes: measure them one by one")
+    shared = [[key for key in JOINED if all(key in group for group in groups)]] * len(groups)
+    joined = xr.concat([group[keys] for group, keys in zip(groups, shared, strict=True)], "rod")
+    once = {key: groups[0][key] for key in ("period",) if key in groups[0]}
+    every = {"length": xr.concat([group["length"] for group in groups], "rod")} if "length" in groups[0] else {}
+    return joined.assign({**once, **every})
+
+
 def sound(dataset: xr.Dataset) -> xr.Dataset:
     """The rods that never failed, with their numbers as coordinate ``rod`` where some did.
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from .plots import OKABE_ITO
 
-BLUE, ORANGE, GREEN = OKABE_ITO[:3]
+BLUE = OKABE_ITO[0]
 GUIDE = {"color": "0.5", "linewidth": 0.8, "linestyle": "--"}
 LATE = 0.5
 """Part of the run, its end, that correlations are averaged over."""
@@ -21,7 +21,7 @@ LATE = 0.5
 def over_time(axes: Any, measured: xr.DataArray) -> None:
     """One value a frame against time."""
     axes.plot(*_timed(axes, measured), color=BLUE)
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
     axes.set_ylabel(_label(measured))
 
 
@@ -105,6 +105,7 @@ def density_map(axes: Any, measured: xr.DataArray) -> None:
     drawn = axes.pcolormesh(*limits, last.to_numpy().T, vmin=0, rasterized=True)
     axes.set(aspect="equal", xlabel=f"{one} (length)", ylabel=f"{other} (length)")
     axes.figure.colorbar(drawn, ax=axes, label=_label(measured))
+    axes.set_title(f"at t = {float(last['time']):.4g}" + (", mean along z" if measured.ndim == 4 else ""))
 
 
 def shape_shares(axes: Any, measured: xr.DataArray) -> None:
@@ -121,7 +122,7 @@ def crossings(axes: Any, measured: xr.DataArray) -> None:
     """Number of crossings so far against time."""
     time, values = _timed(axes, measured)
     axes.step(time, np.cumsum(values), where="post", color=BLUE)
-    axes.set_ylim(0, max(1.0, 1.05 * float(values.sum())))
+    axes.set_ylim(-0.05, max(1.0, 1.05 * float(values.sum())))
     axes.set_ylabel("crossings so far")
 
 

@@ -49,6 +49,9 @@ of the tangent from end to end in the plane, |∫ k ds|/2π. Writhe is taken whe
 def shape_shares(dataset: xr.Dataset) -> xr.DataArray:
     """Share of the rods in each class of ``SHAPES`` (frame, shape); they add up to one.
 
+    A rod is straight while its bending, root mean square along it times its length, is below ``STRAIGHT`` (a U that
+    turns by 24°); coiled once it turns by more than a whole turn, or writhes; else called by its largest beam mode:
+    U, S, W for the first three, higher for others. Energies tell how much of it there is.
     Raises ValueError where there are no strains, or the rods are no swimmers.
     """
     shapes = shape_of(dataset)

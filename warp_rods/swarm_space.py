@@ -82,7 +82,7 @@ def velocity_correlation(
 
 
 def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int | None = None) -> xr.DataArray:
-    """Rods per area (frame, and two of x, y, z) or per volume (frame, x, y, z), wrapped into the box.
+    """Rods per area (frame, and two of x, y, z) or per volume (frame, x, y, z), wrapped into the box about the origin.
 
     A rod counts where its nodes are, each by its share of the length: the sum over cells times their size is the
     number of rods, and length per area is this times the length of a rod. Along open axes the map holds all
@@ -93,9 +93,10 @@ def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int 
     edges = _grid(dataset, where, cell)
     share = np.tile(weights(dataset.sizes["node"]), dataset.sizes["rod"])
     size = np.prod([side[1] - side[0] for side in edges])
+    half = np.where(np.isfinite(where.period), where.period, 0.0) / 2
     maps = []
     for block in nodes_by_block(dataset, "density"):
-        for nodes in wrapped(block[..., where.axes], where.period):
+        for nodes in wrapped(block[..., where.axes] + half, where.period) - half:
             maps.append(np.histogramdd(nodes.reshape(-1, len(edges)), edges, weights=share)[0] / size)
     names = ["xyz"[axis] for axis in where.axes]
     long_name = "rods per area" if len(names) == 2 else "rods per volume"
@@ -154,7 +155,7 @@ def _of_distance(
 
 def _grid(dataset: xr.Dataset, where: Space, cell: float | None) -> list[np.ndarray]:
     """Edges of the cells along each axis."""
-    low, high = np.zeros(len(where.axes)), where.period.copy()
+    low, high = -where.period / 2, where.period / 2  # the box is about the origin, as in the scene
     opened = ~np.isfinite(where.period)
     if opened.any():
         ends = [(block.min((0, 1, 2)), block.max((0, 1, 2))) for block in nodes_by_block(dataset, "extent")]

@@ -97,8 +97,12 @@ class TrajectoryWriter:
         return cls(root, 0)
 
     @classmethod
-    def resume(cls, path: str | Path, frames: int | None = None) -> TrajectoryWriter:
+    def resume(
+        cls, path: str | Path, frames: int | None = None, attributes: Mapping[str, Any] | None = None
+    ) -> TrajectoryWriter:
         """Goes on with a store, cut to its complete frames, or to the first ``frames`` of them.
+
+        ``attributes`` of its root are those of the run that goes on: its scene may end later.
 
         Raises RunFolderError where there is no store, or it has fewer than ``frames`` complete frames.
         """
@@ -107,6 +111,7 @@ class TrajectoryWriter:
         keep = complete if frames is None else frames
         if not 0 <= keep <= complete:
             raise RunFolderError(f"{path} has {complete} complete frames, {keep} are needed to go on.")
+        root.attrs.update(attributes or {})
         read_array(root, COMPLETE)[...] = keep
         for _, group in root.groups():
             for array in frame_arrays(group).values():

@@ -75,7 +75,9 @@ def growth(quick: bool) -> Result:
         axes.set_ylim(-12, 8)
         axes.set_ylabel("growth rate ($f^*/\\zeta_\\parallel L$)")
         plots.letter(axes, text)
-    panels[0].legend(loc="lower right", ncols=2, title="solid: $M=0$, dashed: $M=0.01$", title_fontsize=6)
+    panels[0].legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.12), ncols=4, title="solid: $M=0$, dashed: $M=0.01$", title_fontsize=6
+    )
     panels[1].set_xlim(*LENGTHS)
     panels[1].set_xlabel(LENGTH)
     data = {"length": lengths, "bend": bends}

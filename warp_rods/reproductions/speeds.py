@@ -119,7 +119,7 @@ def _figure_moment(data: Table) -> Any:
             curve = _of(data, drag, bend=bend)
             _curve(axes, curve["moment"], curve, marker)
         axes.set_title(f"$\\eta_r$ = {drag:g}", loc="right")
-    panels[-1].set_xlabel("active moment $M$ (units of L)")
+    panels[-1].set_xlabel("active moment $M$")
     styles = [("s", f"$\\beta_\\perp$ = {STIFF:g}"), ("o", f"$\\beta_\\perp$ = {SOFT:g}")]
     _legend(figure, data, styles)
     return figure

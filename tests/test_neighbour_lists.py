@@ -41,6 +41,16 @@ def test_periodic_boxes_agree_with_all_pairs(period, cells, device):
     assert_agrees(neighbours, held, pairs)
 
 
+def test_a_wide_box_of_few_rods_has_a_small_grid(device):
+    """Cells of a list's reach would be more than 32 bits can count; wider ones lose no pair."""
+    rods = walks(np.random.default_rng(8), 4, 17, 0.6, 0.02)
+    period, held, steric = np.full(3, 60.0), [Held(rods, device)], {"strength": 0.7, "range": 0.003, "core": 0.02}
+    neighbours = Neighbours(held, **steric, period=period, device=device)
+    neighbours.apply()
+    assert np.abs(all_forces(held)).max() > 0
+    assert_agrees(neighbours, held, Pairs([rods], **steric, period=period))
+
+
 def test_rods_many_periods_away_feel_the_same(device):
     """Positions are never wrapped. What is lost are the digits of the distance itself."""
     period, most = (2.5, 1.9, 3.1), 1000

@@ -132,6 +132,22 @@ def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
     assert runner.run(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
 
 
+@pytest.mark.parametrize("time", [{"step": 4e-3, "save_every": 0.1}, {"save_every": 0.1}, {}], ids=str)
+def test_a_finished_run_can_be_made_longer(time, tmp_path):
+    """Whether its step divides its frames or was chosen: with the bits of a run that was long from the start."""
+    def run(end, folder, **kind):
+        return runner.run(Scene(swimmers=[CELL], time={"end": end, **time}), tmp_path / folder, device="cpu", **kind)
+
+    run(0.3, "run")
+    longer = run(0.6, "run", resume=True).data
+    begun = Scene.load(tmp_path / "run" / "scene.toml").time
+    assert Scene.parse(longer.attrs["scene"]).time.end == begun.end == 0.6
+    time = {"step": begun.step, "save_every": begun.save_every}
+    whole = run(0.6, "whole").data["cells"]
+    for name in ("time", "position", "activity"):
+        np.testing.assert_array_equal(longer["cells"][name], whole[name])
+
+
 def test_nothing_is_written_for_a_scene_that_cannot_be_laid_out(tmp_path):
     long = {**SCENE["filaments"][0], "length": 20.0}
     with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):

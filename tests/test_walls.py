@@ -10,6 +10,8 @@ from warp_rods import surfaces
 from warp_rods.crowd import about_z
 from warp_rods.free_rods import FreeRods
 from warp_rods.neighbours import Neighbours
+from warp_rods.scene import Scene
+from warp_rods.simulation import Simulation
 from warp_rods.surfaces import Surface
 from warp_rods.walls import Walls
 
@@ -128,6 +130,19 @@ def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device):
     assert deep == pytest.approx(np.sqrt(2 / STRENGTH), abs=h)
     assert deep < REACH and rod.status[0] == 0
     assert np.abs(rod.position[0, :, :2]).max() < 1e-9
+
+
+def test_walls_alone_push_as_hard_each_time_they_are_asked():
+    """Without sterics nothing else sets the force that walls add to."""
+    cell = {"name": "cell", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-3, "shape": {"kind": "straight"},
+            "placement": {"position": [[0, 0, 0.1]]}}  # fmt: skip
+    simulation = Simulation(Scene(swimmers=[cell], box={"kind": "slab", "height": 0.2}, time={"end": 1.0}), "cpu")
+    forces = []
+    for _ in range(2):
+        simulation.variables()
+        forces.append(simulation.ensembles["cell"].force)
+    assert np.abs(forces[0]).max() > 0
+    np.testing.assert_array_equal(*forces)
 
 
 def test_swimmers_stay_in_a_sphere(device):

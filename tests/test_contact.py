@@ -181,6 +181,16 @@ def test_a_run_goes_on_to_the_same_bits_while_its_steps_are_cut():
                 assert expected[name].tobytes() == got[name].tobytes(), (k, name)
 
 
+def test_a_state_says_how_far_steps_are_cut():
+    """Also where contact alone would not: steps that were cut for a fast node grow again only little by little."""
+    run = collision("head-on")
+    run.contact.parts = 4
+    state = run.state()
+    other = collision("head-on")
+    other.restore(state)
+    assert other.contact.parts == 4
+
+
 def test_saving_more_often_changes_no_bit():
     """Steps of 2⁻¹⁰, so that all times are exact; lists are made at every frame."""
     bits = set()

@@ -56,6 +56,13 @@ def test_through_by_and_back():
     assert back.event_sign.sum() == 0 and abs(back.event_sign[0]) == 1
 
 
+def test_long_segments_cross_near_their_ends():
+    """A rod of one segment passes the far end of another, their middles almost a length apart."""
+    still = stick((0, 0, 0), (1, 0, 0), nodes=2)
+    moving = [stick((0.96, 0.048, z), (0.995, 0.0995, 0), nodes=2) for z in (0.01, -0.01)]
+    assert crossings(group([[still, now] for now in moving])).crossings.values.tolist() == [0, 1]
+
+
 @pytest.mark.parametrize("way", [(0, 1, 0), (0.3, 1, 0), (1, 1, 0.2)])
 @pytest.mark.parametrize("x", [0.0, 0.125, -0.25, 0.01])
 def test_at_joints_and_frames_once(way, x):

@@ -7,7 +7,7 @@ import pytest
 
 from warp_rods import surfaces
 from warp_rods.bound_rods import BoundRods
-from warp_rods.step_limits import filament_limits, orientation_limit, orientation_stiffness, steric_limit
+from warp_rods.step_limits import filament_limits, orientation_limit, orientation_stiffness
 
 TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
 CYLINDER = surfaces.make("cylinder", {"radius": 1.0})
@@ -69,8 +69,6 @@ def test_the_bound_is_kept_by_the_scheme_and_not_far_from_its_own(bend, geodesic
 
 def test_no_stiffness_no_bound():
     assert orientation_limit(0.0, 1.0, 2.0, 1.0) == np.inf
-    assert steric_limit(0.0, 0.05, 2.0).step == np.inf
-    assert steric_limit(2.0, 0.1, 3.0).step == pytest.approx(np.pi * 0.02, rel=1e-14)
 
 
 def test_the_stiffest_rod_of_an_ensemble_sets_the_bound():

@@ -17,7 +17,7 @@ from warp_rods.overlap import Space, overlapping, without_overlap
 from warp_rods.per_rod import each_node, each_rod
 from warp_rods.scene import Scene
 from warp_rods.scene_tables import Steric
-from warp_rods.step_limits import StepLimit, filament_limits, steric_limit, wall_limit
+from warp_rods.step_limits import StepLimit, filament_limits, wall_limit
 from warp_rods.surface_kinds import SPARE
 from warp_rods.surfaces import Surface
 
@@ -140,9 +140,6 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
         coarse += _unresolved(now, table, points)
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
     layout.warnings += coarse[-1:]
-    if scene.steric:
-        drag = float(rods.drag[:, 1].min())
-        layout.limits[f"{table.name} (steric)"] = steric_limit(scene.steric.strength, scene.steric.core, drag)
 
 
 def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.ndarray) -> list[str]:

@@ -65,13 +65,6 @@ def filament_limits(surface: Surface, points: np.ndarray, rods) -> StepLimit:
     return worst
 
 
-def steric_limit(strength: float, core: float, drag: float) -> StepLimit:
-    """The bound on Δt that two nodes on top of each other set: (4/3) ζ⊥ 2π ε²/(2 g0) (model §3)."""
-    if strength == 0:
-        return StepLimit(np.inf, "")
-    return StepLimit(4 / 3 * drag * 2 * np.pi * core**2 / (2 * strength), "(4/3) ζ⊥ 2π ε²/(2 g0) of the steric core")
-
-
 def wall_limit(strength: float, drag: float) -> StepLimit:
     """The bound on Δt that a wall of this stiffness k sets: (4/3) ζ⊥/k, of SBDF2 with the force extrapolated."""
     return StepLimit(4 / 3 * drag / strength, "(4/3) ζ⊥/k of the box's wall")

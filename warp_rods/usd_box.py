@@ -9,8 +9,11 @@ import numpy as np
 from .scene import Scene
 from .surfaces import make
 from .usd_curves import linear_curves, set_points
+from .usd_look import add_glass
 from .usd_membrane import draw_membrane
 
+_OPACITY = 0.12
+"""Of a container: the cells to be seen are inside, where a membrane has its own on it."""
 _THIN = 1 / 1000
 """Radius of an edge, of the longest one."""
 
@@ -21,7 +24,8 @@ def draw_box(stage: Any, scene: Scene, look: Any) -> np.ndarray:
         return np.empty((0, 3))
     if scene.box.surface:
         surface = make(scene.box.surface.kind, scene.box.surface.parameters)
-        return draw_membrane(stage, surface, np.zeros(1), look, "/World/Container")
+        glass = add_glass(stage, "Container", _OPACITY)
+        return draw_membrane(stage, surface, np.zeros(1), glass, "/World/Container")
     size = np.array(scene.period)
     if scene.box.height is not None:
         size[2] = scene.box.height

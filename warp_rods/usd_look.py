@@ -24,14 +24,21 @@ def energy_colours(density: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
+def add_glass(stage: Any, name: str, opacity: float) -> Any:
+    """A soft material that lets through what is behind it."""
+    from pxr import Gf, Sdf
+
+    material, shader = _material(stage, f"/World/Looks/{name}", roughness=0.7)
+    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*_MEMBRANE_COLOUR))
+    shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(opacity)
+    return material
+
+
 def add_materials(stage: Any) -> tuple[Any, Any]:
     """A soft, half transparent material for the membrane, and one that shows displayColor."""
     from pxr import Gf, Sdf, UsdShade
 
-    membrane, shader = _material(stage, "/World/Looks/Membrane", roughness=0.7)
-    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*_MEMBRANE_COLOUR))
-    shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(_MEMBRANE_OPACITY)
-
+    membrane = add_glass(stage, "Membrane", _MEMBRANE_OPACITY)
     energy, shader = _material(stage, "/World/Looks/Energy", roughness=0.5)
     reader = UsdShade.Shader.Define(stage, "/World/Looks/Energy/DisplayColor")
     reader.CreateIdAttr("UsdPrimvarReader_float3")

@@ -36,7 +36,4 @@ def measure(dataset: xr.Dataset, *names: str) -> xr.Dataset:
     ``dataset``: ``open_run(run_dir)[group].to_dataset()``. Raises ValueError for an unknown name, and where
     the group lacks what a measure needs.
     """
-    unknown = [name for name in names if name not in MEASURES]
-    if unknown:
-        raise ValueError(f"no measure called {', '.join(unknown)}: there are {', '.join(MEASURES)}")
-    return xr.Dataset({name: MEASURES[name](dataset) for name in names})
+    return measures.taken(MEASURES, dataset, names)

@@ -6,7 +6,7 @@ units, long_name and source in its attributes. Units are the trajectory's own of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,13 @@ def need(dataset: xr.Dataset, *names: str) -> None:
     missing = [name for name in names if name not in dataset]
     if missing:
         raise ValueError(f"the group has no {', '.join(missing)}: it has {', '.join(sorted(map(str, dataset)))}")
+
+
+def taken(table: Mapping[str, Callable[..., xr.DataArray]], dataset: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """The measures of these names in a table of them; raises ValueError with those there are for one that is not."""
+    if unknown := [name for name in names if name not in table]:
+        raise ValueError(f"no measure called {', '.join(unknown)}: there are {', '.join(table)}")
+    return xr.Dataset({name: table[name](dataset) for name in names})
 
 
 def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:

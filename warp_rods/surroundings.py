@@ -44,9 +44,6 @@ class Surroundings:
         crowd = [self._ensembles[name] for name in self._cells]
         return Walls(crowd, where, box.wall.strength, box.wall.range, box.side == "outside", self._device)
 
-    def __bool__(self) -> bool:
-        return bool(self.neighbours or self._walls)
-
     @property
     def recordable(self) -> bool:
         """Whether ``exert`` is kernels alone, on one thread."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import xarray as xr
 
-from . import crossings, plots, swarm_data, swarm_motion, swarm_order, swarm_plots, swarm_shapes, swarm_space
+from . import crossings, measures, plots, swarm_data, swarm_motion, swarm_order, swarm_plots, swarm_shapes, swarm_space
 
 MEASURES: dict[str, Callable[..., xr.DataArray]] = {
     "polar_order": swarm_order.polar_order,
@@ -57,9 +57,7 @@ def measure(dataset: xr.Dataset, *names: str) -> xr.Dataset:
     ``dataset``: ``open_run(run_dir)[group].to_dataset()``. Raises ValueError for an unknown name, and where
     the group lacks what a measure needs.
     """
-    if unknown := [name for name in names if name not in MEASURES]:
-        raise ValueError(f"no measure called {', '.join(unknown)}: there are {', '.join(MEASURES)}")
-    return xr.Dataset({name: MEASURES[name](dataset) for name in names})
+    return measures.taken(MEASURES, dataset, names)
 
 
 def together(run: xr.DataTree, *names: str) -> xr.Dataset:

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import warp as wp
 
-from warp_rods.free_rods import FreeRods
+from warp_rods.rods.free.rods import FreeRods
 
 NODES = 65
 STEPS = {1: 20_000, 100: 400, 1000: 40}
@@ -17,9 +17,7 @@ def ensemble(count: int, spatial: bool, external=None) -> FreeRods:
     share = np.linspace(0.0, 1.0, count)
     kind = {"kind": "writhe", "amplitude": 2.0} if spatial else {"kind": "mode", "amplitude": 2.0}
     moment = 5e-3 * (1.0 + share) if spatial else 0.0
-    return FreeRods(
-        count, NODES, bend=1e-3 * (1.0 + share), twist=1e-3, moment=moment, shape=kind, external=external
-    )
+    return FreeRods(count, NODES, bend=1e-3 * (1.0 + share), twist=1e-3, moment=moment, shape=kind, external=external)
 
 
 @wp.func

@@ -3,8 +3,8 @@
 import time
 from pathlib import Path
 
-from warp_rods.scene import Scene
-from warp_rods.simulation import Simulation
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.loop import Simulation
 
 SCENE = Path(__file__).parent.parent / "scenes" / "proteins.toml"
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 import warp as wp
 
-from warp_rods.recorded import cores
-from warp_rods.scene import Scene
-from warp_rods.simulation import Simulation
+from warp_rods.rods.recorded import cores
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.loop import Simulation
 
 COUNTS = (100, 316, 1000, 3162, 10_000)
 NODES = 33

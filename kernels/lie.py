@@ -6,7 +6,7 @@ is the pair ``(theta, mu)``, angular part first; so is an element of its dual, `
 
 import warp as wp
 
-from .layout import real
+from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from .layout import real
+from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
 

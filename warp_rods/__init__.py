@@ -7,28 +7,28 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "BoundRods": "warp_rods.bound_rods",
-    "FreeRods": "warp_rods.free_rods",
-    "Scene": "warp_rods.scene",
-    "Simulation": "warp_rods.simulation",
-    "export_usd": "warp_rods.usd",
-    "open_run": "warp_rods.trajectory",
-    "run": "warp_rods.runner",
-    "buckling": "",
-    "continuation": "",
-    "diagnostics": "",
-    "errors": "",
-    "kymograph": "",
-    "modes": "",
-    "plots": "",
-    "reproduce": "",
-    "sensing": "",
-    "stability": "",
-    "steady": "",
-    "surfaces": "",
-    "swarm": "",
+    "BoundRods": "warp_rods.rods.bound.rods",
+    "FreeRods": "warp_rods.rods.free.rods",
+    "Scene": "warp_rods.scene.scene",
+    "Simulation": "warp_rods.simulation.loop",
+    "export_usd": "warp_rods.draw.usd.export",
+    "open_run": "warp_rods.simulation.trajectory",
+    "run": "warp_rods.simulation.runner",
+    "buckling": "warp_rods.theory.buckling",
+    "continuation": "warp_rods.theory.continuation",
+    "diagnostics": "warp_rods.analysis.diagnostics",
+    "errors": "warp_rods.errors",
+    "kymograph": "warp_rods.analysis.kymograph",
+    "modes": "warp_rods.rods.modes",
+    "plots": "warp_rods.draw.plots",
+    "reproduce": "warp_rods.reproductions.reproduce",
+    "sensing": "warp_rods.analysis.sensing",
+    "stability": "warp_rods.theory.stability",
+    "steady": "warp_rods.theory.steady",
+    "surfaces": "warp_rods.membranes.surfaces",
+    "swarm": "warp_rods.draw.swarm",
 }
-"""Public name → module that has it; "" for a module itself."""
+"""Public name → module that has it, or is it."""
 
 __all__ = list(_HOME)
 
@@ -36,8 +36,8 @@ __all__ = list(_HOME)
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'warp_rods' has no attribute {name!r}")
-    home = _HOME[name]
-    found = getattr(import_module(home), name) if home else import_module(f"warp_rods.{name}")
+    module = import_module(_HOME[name])
+    found = getattr(module, name, module)
     globals()[name] = found
     return found
 

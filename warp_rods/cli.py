@@ -46,8 +46,8 @@ def run(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds")] = False,
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
-    from warp_rods import runner
-    from warp_rods.summary import summary
+    from warp_rods.analysis.summary import summary
+    from warp_rods.simulation import runner
 
     console = Console(markup=False, highlight=False)
     if resume and overwrite:
@@ -61,8 +61,8 @@ def run(
 @app.command()
 def check(scene: SceneFile) -> None:
     """Read a scene, lay it out and say what a run of it would do; writes nothing."""
-    from warp_rods.scene import Scene
-    from warp_rods.simulation import Simulation
+    from warp_rods.scene.scene import Scene
+    from warp_rods.simulation.loop import Simulation
 
     read = Scene.load(scene)
     with Console(stderr=True).status("placing rods …"):
@@ -86,7 +86,7 @@ def export(
     """Make the animation of a run again, from its trajectory."""
     if not usd:
         raise SceneError("export: say what to make: --usd")
-    from warp_rods.usd import export_usd
+    from warp_rods.draw.usd.export import export_usd
 
     print(export_usd(run_dir))
 
@@ -98,8 +98,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder to write")] = Path("runs/reproduce"),
 ) -> None:
     """Make a figure of the dissertation again: figure, data, and a table of published against ours."""
-    from warp_rods import reproduce
-    from warp_rods.reproductions import REPRODUCTIONS
+    from warp_rods.reproductions import REPRODUCTIONS, reproduce
 
     if name == "list":
         for known, row in REPRODUCTIONS.items():

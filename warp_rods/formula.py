@@ -35,9 +35,8 @@ LARGEST_DEGREE = 48
 """Of powers within powers: SymPy multiplies (2x)^n out."""
 LARGEST_WHOLE = 2.0**53
 
-ALLOWED = (
-    "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, ** to a number and "
-    + ", ".join(f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS))
+ALLOWED = "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, ** to a number and " + ", ".join(
+    f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS)
 )
 
 ALLOWED_IN_TIME = ALLOWED.replace("x, y, z, the names in parameters", "t")

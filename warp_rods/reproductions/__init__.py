@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from . import (
+from warp_rods.reproductions import (
     attractors,
     bridge,
     critical,
@@ -24,7 +24,7 @@ from . import (
     symmetric,
     thresholds,
 )
-from .result import Result, Row
+from warp_rods.reproductions.result import Result, Row
 
 __all__ = ["REPRODUCTIONS", "Reproduction", "Result", "Row"]
 

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods import buckling, plots, surfaces
-from warp_rods.bound_rods import BoundRods
-from warp_rods.kymograph import TERMS, dissipation_peaks, energy_terms
-from warp_rods.membrane import triangulate
+from warp_rods.analysis.kymograph import TERMS, dissipation_peaks, energy_terms
+from warp_rods.draw import plots
+from warp_rods.membranes import surfaces
+from warp_rods.membranes.mesh import triangulate
 from warp_rods.reproductions.film import film
 from warp_rods.reproductions.result import Result, Row
-from warp_rods.step_limits import SAFETY, filament_limits
+from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.step_limits import SAFETY, filament_limits
+from warp_rods.theory import buckling
 
 NECK, BODY, WIDTH = 0.4, 1.0, 1.0
 STIFFNESS, INTRINSIC, DRAG = (1.0, 1.0, 0.1), (0.0, 1.0, 0.0), (1.0, 2.0, 0.1)

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots, stability
-from warp_rods.free_rods import FreeRods
-from warp_rods.modes import beam_mode, coefficients
+from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.modes import beam_mode, coefficients
+from warp_rods.theory import stability
 
 COUNT = 10
 AMPLITUDE = 1e-3

@@ -9,15 +9,13 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.errors import RodFailure
-from warp_rods.variables import ARC, STATIC
+from warp_rods.rods.variables import ARC, STATIC
 
 SWIMMING = ("position", "strain", "activity", "status")
 """Variables that speeds, modes and classes of motion are told from."""
 
 
-def film(
-    rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING
-) -> xr.Dataset:
+def film(rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING) -> xr.Dataset:
     """Step rods (``FreeRods``, ``BoundRods``) to each of ``times``, with steps of at most ``dt``: one frame at each.
 
     ``keep``: names of ``variables`` to keep; with them come ``time``, ``s`` and what never changes. Raises RodFailure
@@ -39,4 +37,3 @@ def film(
     data |= {name: (STATIC[name].dims, value) for name, value in rods.static().items() if name not in data}
     s = np.linspace(-0.5, 0.5, next((v[1].shape[2] for v in data.values() if "node" in v[0]), rods.nodes))
     return xr.Dataset(data, coords={"time": ("frame", np.asarray(times)), "s": (ARC.dims, s)})
-

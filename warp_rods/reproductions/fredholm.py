@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.free_rods import FreeRods
+from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
-from warp_rods.tension import planar_tension, series_ratio, tension_series
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.theory.tension import planar_tension, series_ratio, tension_series
 
 DRAG_RATIO = 2.0
 ORDERS = 40

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from warp_rods import plots, stability
-from warp_rods.flagella import Flagella
-from warp_rods.free_rods import FreeRods
-from warp_rods.modes import beam_mode, coefficients
+from warp_rods.draw import plots
 from warp_rods.reproductions.critical import AMPLITUDE, growth_rates
 from warp_rods.reproductions.result import Result, Row
-from warp_rods.swimmer_shapes import from_midpoint, initial_strain
-from warp_rods.twisted_stability import growth_rates as wound_rates
+from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.free.shapes import from_midpoint, initial_strain
+from warp_rods.rods.modes import beam_mode, coefficients
+from warp_rods.theory import stability
+from warp_rods.theory.twisted_stability import growth_rates as wound_rates
 
 LENGTHS = (3.0, 14.0)
 """Range of β⊥^(−1/3), which is proportional to L."""

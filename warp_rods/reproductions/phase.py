@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.continuation import Branch
+from warp_rods.draw import plots
 from warp_rods.reproductions.planar import (
     FLAPPING,
     LATE,
@@ -23,6 +22,7 @@ from warp_rods.reproductions.planar import (
     u_branch,
 )
 from warp_rods.reproductions.result import Result, Row
+from warp_rods.theory.continuation import Branch
 
 Ways = list[tuple[Motion, Motion]]
 """Motions on the way down and on the way up, at each stiffness."""

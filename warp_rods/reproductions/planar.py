@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods import motion_class
-from warp_rods.continuation import Branch, follow
-from warp_rods.flagella import Flagella
-from warp_rods.free_rods import FreeRods
-from warp_rods.modes import beam_mode, coefficients
+from warp_rods.analysis import motion_class
 from warp_rods.reproductions.film import film
-from warp_rods.steady import FixedShape, Swimmer, settled
+from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.modes import beam_mode, coefficients
+from warp_rods.theory.continuation import Branch, follow
+from warp_rods.theory.steady import FixedShape, Swimmer, settled
 
 STEP = 1e-3
 """Δt of the text."""
@@ -66,9 +66,7 @@ def swimmers(bends: Any, nodes: int, shape: Any, activity: Any = "tanh") -> Free
     )  # fmt: skip
 
 
-def motion(
-    bends: Any, nodes: int, shape: Any, activity: Any = "tanh", *, time: float, frame: float = FRAME
-) -> Motion:
+def motion(bends: Any, nodes: int, shape: Any, activity: Any = "tanh", *, time: float, frame: float = FRAME) -> Motion:
     """What they do at the end of a run of length ``time``, seen every ``frame``."""
     rods = swimmers(bends, nodes, shape, activity)
     frames = filmed(rods, time - LATE + frame * np.arange(round(LATE / frame) + 1))

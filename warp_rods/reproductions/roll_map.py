@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.measures import speed
-from warp_rods.motion_class import CLASSES, shape_class
+from warp_rods.analysis.measures import speed
+from warp_rods.analysis.motion_class import CLASSES, shape_class
+from warp_rods.draw import plots
 from warp_rods.reproductions.attractors import PANELS
 from warp_rods.reproductions.result import Result, Row
 from warp_rods.reproductions.swimmers import STARTS, Swimmer, late_times, swim

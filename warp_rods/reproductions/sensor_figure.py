@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods import plots
-from warp_rods.membrane import Mesh
+from warp_rods.draw import plots
+from warp_rods.membranes.mesh import Mesh
 
 PICTURES = (0, 3, 25, -1)
 """Frames of the pictures."""

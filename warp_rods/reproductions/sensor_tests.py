@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from warp_rods.analysis.sensing import bootstrap
 from warp_rods.reproductions.result import Row
-from warp_rods.sensing import bootstrap
 
 LEVEL = 0.01
 """Largest p-value at which a claim counts as borne out."""

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods import placement, sensing
-from warp_rods.bound_rods import BoundRods
-from warp_rods.membrane import area_below, curvatures, triangulate
+from warp_rods.analysis import sensing
+from warp_rods.membranes import sampling as placement
+from warp_rods.membranes.mesh import area_below, curvatures, triangulate
+from warp_rods.membranes.surfaces import Surface, make
 from warp_rods.reproductions.film import film
 from warp_rods.reproductions.result import Result, Row
 from warp_rods.reproductions.sensor_figure import draw
@@ -20,8 +21,8 @@ from warp_rods.reproductions.sensor_tests import (
     settle_sooner,
     sits_at_the_sign,
 )
-from warp_rods.step_limits import SAFETY, filament_limits
-from warp_rods.surfaces import Surface, make
+from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.step_limits import SAFETY, filament_limits
 
 MEMBRANE = ("undulated", {"radius": 1.0, "amplitude": 0.16, "wavenumber": 5.0})
 LENGTH, STIFFNESS, DRAG = 0.3, (1.0, 1.0, 1.0), (1.0, 2.0, 0.1)
@@ -82,9 +83,7 @@ def sense(figure: str, quick: bool) -> Result:
     return Result(draw(groups, case.pictured, triangulate(surface, 40)), rows, small, notes)
 
 
-def _film(
-    case: Sensors, surface: Surface, twists: tuple[float, ...], seeds: int, count: int, end: float
-) -> xr.Dataset:
+def _film(case: Sensors, surface: Surface, twists: tuple[float, ...], seeds: int, count: int, end: float) -> xr.Dataset:
     """Rods in the order twist, seed, protein, and coordinates ``twist``, ``seed`` that say which is which."""
     starts = []
     for seed in range(seeds):
@@ -120,4 +119,3 @@ def positive(quick: bool) -> Result:
 def negative(quick: bool) -> Result:
     """Fig 5.5."""
     return sense("5.5", quick)
-

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.measures import instantaneous_speed, speed
-from warp_rods.motion_class import shape_class
+from warp_rods.analysis.measures import instantaneous_speed, speed
+from warp_rods.analysis.motion_class import shape_class
+from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
 from warp_rods.reproductions.roll_map import KINDS
 from warp_rods.reproductions.swimmers import LATE, Swimmer, late_times, swim

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from warp_rods import plots, stability
+from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
+from warp_rods.theory import stability
 
 DIAMETER, VISCOSITY, SPEED = 1e-6, 1e-3, 13e-6
 """a in m, μ in Pa s, u* in m/s, of C.2."""

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods.free_rods import FreeRods
-from warp_rods.modes import beam_mode
 from warp_rods.reproductions.film import film
-from warp_rods.swimmer_shapes import initial_strain
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.free.shapes import initial_strain
+from warp_rods.rods.modes import beam_mode
 
 NODES = 65
 """Δs = 1/64 (§4.2)."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.free_rods import FreeRods
+from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
-from warp_rods.swimmer_shapes import initial_strain
-from warp_rods.symmetry import axis_residual, gauge_frame, gauge_strain, parity_residual
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.free.shapes import initial_strain
+from warp_rods.theory.symmetry import axis_residual, gauge_frame, gauge_strain, parity_residual
 
 BEND, TWIST, MOMENT, ROLL = 2.5e-4, 1e-4, 6e-3, 3e-3
 """Of Fig 4.3a, started from the coil of (C.63)–(C.68); C.4 gives no parameters."""

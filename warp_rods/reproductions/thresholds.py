@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods import plots
-from warp_rods.continuation import Bifurcation, Branch, follow
+from warp_rods.draw import plots
 from warp_rods.reproductions.planar import TWIST, WAVING, amplitudes, arcs, bent, end_of, motion, u_branch
 from warp_rods.reproductions.result import Result, Row
-from warp_rods.steady import Swimmer, settled
+from warp_rods.theory.continuation import Bifurcation, Branch, follow
+from warp_rods.theory.steady import Swimmer, settled
 
 ONSET = 6.8e-5
 """Of flapping, as the text has it."""

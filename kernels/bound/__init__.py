@@ -1,0 +1,1 @@
+"""Filaments bound to a surface (model §3; thesis chapter 5)."""

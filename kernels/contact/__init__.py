@@ -1,0 +1,1 @@
+"""What rods feel of each other and of their box: pair forces, lists of neighbours, walls."""

@@ -1,0 +1,116 @@
+"""Geometry of a surface φ(x) = 0 from φ, ∇φ and ∇∇φ (model §3; thesis 5.15-5.23).
+
+A surface is one Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)``: x in space, p its parameters, outward where φ > 0.
+"""
+
+import functools
+from types import SimpleNamespace
+
+import warp as wp
+
+from warp_rods.kernels.layout import real
+
+wp.set_module_options({"enable_backward": False})
+
+Numbers = wp.types.vector(8, wp.float64)
+
+
+@wp.struct
+class Parameters:
+    """What one surface differs in from others of its field."""
+
+    v: Numbers  # its parameters in the order of its table row; unused places are zero
+    grid: wp.array3d(dtype=wp.float64)  # its coefficients, where it is given on a grid; else empty
+
+
+def _signature(x: wp.vec3d, p: Parameters): ...
+
+
+def written_field(name: str, source: str) -> wp.Function:
+    """The field whose source is this text, in a module of this name; the source sees ``wp`` and ``Parameters``."""
+    return wp.Function(_signature, key=name, namespace="", module=wp.get_module(name), source=source)
+
+
+@wp.func
+def normal(gradient: wp.vec3d) -> wp.vec3d:
+    """Outward unit normal n = ∇φ/|∇φ|."""
+    return gradient / wp.length(gradient)
+
+
+@wp.func
+def to_surface(x: wp.vec3d, phi: real, gradient: wp.vec3d) -> wp.vec3d:
+    """One Newton step along ∇φ towards φ = 0."""
+    return x - gradient * (phi / wp.dot(gradient, gradient))
+
+
+@wp.func
+def to_tangent(q: wp.vec3d, n: wp.vec3d) -> wp.vec3d:
+    """The unit vector along the part of q that is tangent to the surface."""
+    return wp.normalize(q - n * wp.dot(q, n))
+
+
+@wp.func
+def frame(q: wp.vec3d, n: wp.vec3d) -> wp.mat33d:
+    """Directors as columns (q, n×q, n) (D.66); q a unit tangent."""
+    return wp.matrix_from_cols(q, wp.cross(n, q), n)
+
+
+@wp.func
+def curvature(gradient: wp.vec3d, hessian: wp.mat33d, q: wp.vec3d) -> wp.vec3d:
+    """(K11, K12, K22) in the pair (q, n×q): K_ij = −q_i·∇n·q_j = −q_i·∇∇φ·q_j/|∇φ| (5.16)."""
+    size = wp.length(gradient)
+    q1 = wp.cross(gradient / size, q)
+    Hq = hessian * q
+    return wp.vec3d(wp.dot(q, Hq), wp.dot(q1, Hq), wp.dot(q1, hessian * q1)) * (real(-1.0) / size)
+
+
+@wp.func
+def gaussian(K: wp.vec3d) -> real:
+    """Gaussian curvature 𝒦 = K11 K22 − K12²."""
+    return K[0] * K[2] - K[1] * K[1]
+
+
+@wp.func
+def normal_motion(gradient: wp.vec3d, hessian: wp.mat33d, phi_t: real, gradient_t: wp.vec3d):
+    """V = −∂tφ/|∇φ|, the velocity of a moving surface along n, and ∇V."""
+    size = wp.length(gradient)
+    n = gradient / size
+    return -phi_t / size, (hessian * n) * (phi_t / (size * size)) - gradient_t / size
+
+
+@functools.cache
+def sampler(field: wp.Function) -> SimpleNamespace:
+    """Kernels for one surface at points: ``.value`` φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def value(
+        points: wp.array(dtype=wp.vec3d), parameters: wp.array(dtype=Parameters), phi: wp.array(dtype=wp.float64)
+    ):
+        i = wp.tid()
+        found, _g, _H = field(points[i], parameters[0])
+        phi[i] = found
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate(
+        points: wp.array(dtype=wp.vec3d),
+        parameters: wp.array(dtype=Parameters),
+        phi: wp.array(dtype=wp.float64),
+        gradient: wp.array(dtype=wp.vec3d),
+        hessian: wp.array(dtype=wp.mat33d),
+    ):
+        i = wp.tid()
+        value, g, H = field(points[i], parameters[0])
+        phi[i] = value
+        gradient[i] = g
+        hessian[i] = H
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def project(points: wp.array(dtype=wp.vec3d), parameters: wp.array(dtype=Parameters), iterations: int):
+        i = wp.tid()
+        x = points[i]
+        for _ in range(iterations):
+            value, g, _H = field(x, parameters[0])
+            x = to_surface(x, value, g)
+        points[i] = x
+
+    return SimpleNamespace(value=value, evaluate=evaluate, project=project)

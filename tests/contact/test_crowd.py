@@ -1,0 +1,236 @@
+"""How swimmers stand at the start of a crowd: clear of each other, as many as stated, in the order asked for."""
+
+import numpy as np
+import pytest
+
+from warp_rods.errors import SceneError
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.layout import lay_out
+from warp_rods.simulation.loop import Simulation
+
+CELLS = {
+    "name": "cells", "count": 60, "nodes": 17, "bend": 1e-2, "twist": 1e-3, "flagella": {"profile": "uniform"},
+    "shape": {"kind": "straight"},
+}  # fmt: skip
+STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
+SLAB = {"kind": "slab", "height": 0.3, "fraction": 0.3}
+CUBE = {"kind": "periodic", "fraction": 0.05}
+SPHERE = {"kind": "sphere", "radius": 1.5}
+WORDS = ["random", "aligned", "polar lanes", "nematic lanes", "bands"]
+
+
+def laid_out(box, *swimmers, **changes) -> Simulation:
+    tables = {"swimmers": list(swimmers) or [CELLS], "steric": STERIC, "time": {"end": 0.1, "step": 5e-4}, "box": box}
+    return Simulation(Scene.parse({key: v for key, v in (tables | changes).items() if v is not None}), "cpu")
+
+
+def lines(simulation: Simulation) -> list[np.ndarray]:
+    """Centre lines [node, 3] of all rods."""
+    return [line for e in simulation.ensembles.values() for line in e.position]
+
+
+def headings(simulation: Simulation) -> np.ndarray:
+    """Unit tangents of the middles [rod, 3]."""
+    return np.concatenate([e.rotation[:, e.nodes // 2, :, 0] for e in simulation.ensembles.values()])
+
+
+def middles(simulation: Simulation) -> np.ndarray:
+    return np.array([line[len(line) // 2] for line in lines(simulation)])
+
+
+def closest(simulation: Simulation) -> float:
+    """The least distance of nodes of two rods, of nearest images, by brute force."""
+    every, least = lines(simulation), np.inf
+    period = np.array(simulation.scene.period)
+    around = np.where(period > 0, period, np.inf)
+    for k, line in enumerate(every[:-1]):
+        d = np.concatenate(every[k + 1 :])[:, None] - line
+        d -= np.where(period > 0, period, 0.0) * np.round(d / around)
+        least = min(least, np.linalg.norm(d, axis=-1).min())
+    return float(least)
+
+
+@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("box", [SLAB, CUBE], ids=["slab", "cube"])
+@pytest.mark.parametrize("nodes", [17, 33])
+def test_no_rod_is_closer_to_another_than_the_core(word, box, nodes):
+    """Over the faces of the box too: for 17 nodes it is their spacing 1/16 that is below the core, for none above."""
+    simulation = laid_out(box, {**CELLS, "placement": word, "nodes": nodes})
+    assert closest(simulation) >= max(STERIC["core"], 1 / (nodes - 1)) * (1 - 1e-12)
+    assert [note for note in simulation.notes if f"placed {word}" in note]
+
+
+def test_the_wider_of_core_and_spacing_is_kept_clear():
+    simulation = laid_out(SLAB, steric={**STERIC, "core": 0.04})
+    assert closest(simulation) >= 1 / 16 * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_the_fraction_is_the_one_stated(word):
+    flat = laid_out(SLAB, {**CELLS, "placement": word})
+    x, y, _ = flat.scene.period
+    assert len(lines(flat)) * 0.08 / (x * y) == pytest.approx(0.3, rel=1e-12)
+    at = middles(flat)
+    assert (np.abs(at[:, 2]) <= 0.1 + 1e-12).all()  # between the walls and clear of their range
+    assert np.ptp(at[:, 0]) > 0.7 * x and np.ptp(at[:, 1]) > 0.7 * y
+    box = laid_out(CUBE, {**CELLS, "placement": word})
+    assert len(lines(box)) * np.pi / 4 * 0.08**2 / np.prod(box.scene.period) == pytest.approx(0.05, rel=1e-12)
+
+
+def test_random_ones_are_isotropic():
+    """⟨p⟩² of n directions is 1/n on average, as χ² over its degrees, 2 or 3: above most/n once in a thousand."""
+    for box, most in ((SLAB, 13.8 / 2), (CUBE, 16.3 / 3)):
+        p = headings(laid_out(box, {**CELLS, "count": 150}))
+        n = len(p)
+        assert np.sum(p.mean(axis=0) ** 2) < most / n
+        if box is SLAB:
+            assert not p[:, 2].any()
+            assert np.abs(np.exp(2j * np.angle(p[:, 0] + 1j * p[:, 1])).mean()) ** 2 < most / n
+        else:
+            Q = 1.5 * (np.einsum("ri,rj->ij", p, p) / n - np.eye(3) / 3)
+            assert np.trace(Q @ Q) < 20.5 / 5 * 1.5 / n  # 1.5/n on average, as χ²₅ over 5: 20.5 once in a thousand
+
+
+def test_aligned_ones_head_along_x():
+    for box in (SLAB, CUBE):
+        np.testing.assert_allclose(headings(laid_out(box, {**CELLS, "placement": "aligned"})), [[1, 0, 0]] * 60)
+
+
+@pytest.mark.parametrize("box", [SLAB, CUBE], ids=["slab", "cube"])
+def test_polar_lanes_head_by_turns(box):
+    simulation = laid_out(box, {**CELLS, "placement": "polar lanes", "count": 80})
+    p, at, width = headings(simulation), middles(simulation), simulation.scene.period[1]
+    lanes = 2 * max(1, round(width / 2))
+    lane = np.floor((at[:, 1] / width + 0.5) * lanes).astype(int)
+    np.testing.assert_allclose(p[:, 0], np.where(lane % 2, -1.0, 1.0))
+    assert set(lane) == set(range(lanes))
+    assert 0.5 < width / lanes < 2  # about a length
+
+
+def test_nematic_lanes_head_either_way_by_chance():
+    p = headings(laid_out(SLAB, {**CELLS, "placement": "nematic lanes", "count": 100}))
+    np.testing.assert_allclose(np.abs(p[:, 0]), 1)
+    assert abs(p[:, 0].sum()) < 3.3 * np.sqrt(100)
+
+
+def test_bands_head_for_each_other():
+    for box in (SLAB, CUBE):
+        simulation = laid_out(box, {**CELLS, "placement": "bands"})
+        p, x = headings(simulation)[:, 0], middles(simulation)[:, 0]
+        np.testing.assert_allclose(p, np.where(x < 0, 1.0, -1.0))
+        assert 15 < (x < 0).sum() < 45
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_the_seed_decides(word):
+    def at(seed):
+        return middles(laid_out(SLAB, {**CELLS, "placement": word}, seed=seed))
+
+    one = at(1)
+    assert one.tobytes() == at(1).tobytes()
+    assert np.abs(one - at(2)).max() > 0.1
+
+
+def test_ensembles_of_other_nodes_find_their_places_together():
+    more = {**CELLS, "name": "more", "nodes": 33, "count": 40, "bend": 1e-3}
+    bent = {**CELLS, "name": "bent", "count": 20, "shape": {"kind": "mode", "amplitude": 3.0}}
+    simulation = laid_out(SLAB, CELLS, more, bent)
+    assert closest(simulation) >= 0.08 * (1 - 1e-12)
+    assert {name: e.count for name, e in simulation.ensembles.items()} == {"cells": 60, "more": 40, "bent": 20}
+    flat = np.concatenate([np.ptp(e.position[..., 2], axis=1) for e in simulation.ensembles.values()])
+    assert flat.max() < 1e-12  # bent in the plane of the slab
+    for e in simulation.ensembles.values():  # none of them was left for the rest of the room
+        assert np.ptp(e.position[:, 0, 0]) > 0.6 * simulation.scene.period[0]
+
+
+def test_each_word_keeps_clear_of_the_others():
+    lanes = {**CELLS, "name": "lanes", "placement": "polar lanes", "count": 20}
+    assert closest(laid_out(SLAB, CELLS, lanes)) >= 0.08 * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("word", ["random", "aligned"])
+def test_those_placed_at_random_keep_clear_of_those_whose_places_are_given(word):
+    """In whatever order their tables stand; the order of ensembles is that of the tables."""
+    given = {**CELLS, "name": "given", "count": 2, "placement": {"position": [[0, 0, 0], [0, 0.5, 0]]}}
+    first = {**CELLS, "count": 30, "placement": word}
+    box = {**SLAB, "height": 0.11, "fraction": 0.4}
+    for tables in ((first, given), (given, first)):
+        simulation = laid_out(box, *tables)
+        assert list(simulation.ensembles) == [table["name"] for table in tables]
+        assert closest(simulation) >= 0.08 * (1 - 1e-12)
+        np.testing.assert_allclose(simulation.ensembles["given"].position[:, 8], [[0, 0, 0], [0, 0.5, 0]])
+
+
+def test_swimmers_keep_clear_of_filaments():
+    filaments = {
+        "name": "f", "count": 5, "nodes": 17, "length": 0.8, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1],
+    }  # fmt: skip
+    simulation = laid_out(
+        {"kind": "periodic", "size": [3, 3, 3]}, CELLS, filaments=[filaments],
+        surface={"kind": "sphere", "radius": 0.8},
+    )  # fmt: skip
+    assert closest(simulation) >= 0.08 * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("word", ["random", "aligned", "bands", "nematic lanes", "polar lanes"])
+def test_a_container_holds_all_of_every_rod(word):
+    simulation = laid_out({"kind": "container", "surface": SPHERE}, {**CELLS, "count": 40, "placement": word})
+    r = np.linalg.norm(np.concatenate(lines(simulation)), axis=-1)
+    # φ/|∇φ| = (r − R²/r)/2 is not above −ε/2.
+    assert ((r - 1.5**2 / r) / 2).max() < -0.04
+    assert closest(simulation) >= 0.08 * (1 - 1e-12)
+
+
+def test_without_sterics_they_may_overlap():
+    simulation = laid_out({"kind": "slab", "height": 0.11, "size": [2, 2]}, steric=None)
+    assert closest(simulation) < 0.04 and "may overlap" in simulation.notes[0]
+
+
+def test_rods_that_start_in_a_wall_are_told():
+    given = {"position": [[0, 0, 3.0], [0, 0.5, 0]]}
+    cells = {**CELLS, "count": 2, "placement": given}
+    for box in ({"kind": "slab", "height": 0.2}, {"kind": "container", "surface": SPHERE}):
+        scene = Scene(swimmers=[cells], steric=STERIC, box=box, time={"end": 1.0})
+        assert [line for line in lay_out(scene, "cpu").warnings if "1 rods start through a wall" in line]
+
+
+def test_rods_that_start_in_each_other_are_told():
+    """Without a placement all swimmers are at the origin; where they coincide they feel nothing of each other."""
+    time, cells = {"end": 1.0}, {k: v for k, v in CELLS.items() if k != "placement"}
+    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3}], steric=STERIC, time=time), "cpu")
+    assert [line for line in crowd.warnings if line.startswith("3 pairs of rods start closer than 0.5 of")]
+    apart = {"position": [[0, 0, 0], [0, 0, 0.08], [0, 0, 1.0]]}
+    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3, "placement": apart}], steric=STERIC, time=time), "cpu")
+    assert not [line for line in crowd.warnings if "start closer" in line]
+
+
+@pytest.mark.parametrize(
+    ("box", "changes", "said"),
+    [
+        (
+            {"kind": "slab", "height": 0.1, "fraction": 0.95},
+            {},
+            r'swimmers\[0\]\.placement = "random": count = 60: .*place fewer, or make the box larger',
+        ),
+        (
+            {"kind": "slab", "height": 0.1, "fraction": 0.95},
+            {"placement": "aligned"},
+            r'swimmers\[0\]\.placement = "aligned": count = 60: after \d+ draws only \d+ fit 0\.08 apart; place fewer',
+        ),
+        ({"kind": "slab", "height": 0.3}, {}, r"swimmers\[0\]\.placement: the slab has no bounds: give box\.size or"),
+        (
+            {"kind": "container", "surface": {"kind": "sphere", "radius": 0.4}},
+            {},
+            r'swimmers\[0\]\.placement = "random": \d+ rods found no place inside the container.*: place fewer',
+        ),
+        (
+            {"kind": "container", "surface": SPHERE, "side": "outside"},
+            {},
+            r"swimmers\[0\]\.placement: this container has no bounds: give position and direction of each rod",
+        ),
+        ({"kind": "container", "surface": {"kind": "plane"}}, {}, "this container has no bounds"),
+    ],
+)
+def test_what_does_not_fit_is_said(box, changes, said):
+    with pytest.raises(SceneError, match=said):
+        laid_out(box, {**CELLS, **changes})

@@ -1,0 +1,204 @@
+"""Sums over lists of neighbours: all pairs of periodic boxes, whenever lists are made; and steps that they bear."""
+
+import numpy as np
+import pytest
+from examples.steric import STERIC, Held, all_forces, applied, assert_agrees, crowd, walks
+from reference.steric import Pairs, Rods
+
+from warp_rods.contact import neighbours as lists
+from warp_rods.contact.neighbours import Neighbours
+from warp_rods.contact.steps import largest_step
+
+WIDTH = 8 * STERIC["range"] + STERIC["core"]
+"""What a list reaches over by default: cells are no narrower."""
+
+
+def moved_by_periods(ensembles: list[Rods], period, most: int) -> list[Rods]:
+    """The same rods, each some periods away."""
+    rng = np.random.default_rng(11)
+    shifts = [rng.integers(-most, most + 1, size=(len(e.length), 1, 3)) * np.array(period) for e in ensembles]
+    return [Rods(e.position + shift, e.length) for e, shift in zip(ensembles, shifts, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("period", "cells"),
+    [
+        ((1.98 * WIDTH, 1.98 * WIDTH, 1.98 * WIDTH), 1),
+        ((2.02 * WIDTH, 2.4 * WIDTH, 2.9 * WIDTH), 2),
+        ((3.0 * WIDTH, 3.3 * WIDTH, 3.9 * WIDTH), 3),
+        ((1.98 * WIDTH, 2.5 * WIDTH, 3.5 * WIDTH), 1),
+        ((2.5 * WIDTH, 4.2 * WIDTH, 0.0), 2),
+        ((1.98 * WIDTH, 0.0, 0.0), 1),
+    ],
+)
+def test_periodic_boxes_agree_with_all_pairs(period, cells, device):
+    """Three, two or one periodic axes of 1, 2, 3 or more cells; rods lie all over the box and across its faces."""
+    assert cells == period[0] // WIDTH
+    ensembles = crowd(spread=np.where(np.array(period) > 0, np.array(period) / 2, 0.5))
+    pairs = Pairs(ensembles, **STERIC, period=period)
+    neighbours, held = applied(ensembles, device, period=period)
+    assert np.abs(pairs.forces() - Pairs(ensembles, **STERIC).forces()).max() > 1e-3 * np.abs(pairs.forces()).max()
+    assert_agrees(neighbours, held, pairs)
+
+
+def test_a_wide_box_of_few_rods_has_a_small_grid(device):
+    """Cells of a list's reach would be more than 32 bits can count; wider ones lose no pair."""
+    rods = walks(np.random.default_rng(8), 4, 17, 0.6, 0.02)
+    period, held, steric = np.full(3, 60.0), [Held(rods, device)], {"strength": 0.7, "range": 0.003, "core": 0.02}
+    neighbours = Neighbours(held, **steric, period=period, device=device)
+    neighbours.apply()
+    assert np.abs(all_forces(held)).max() > 0
+    assert_agrees(neighbours, held, Pairs([rods], **steric, period=period))
+
+
+def test_rods_many_periods_away_feel_the_same(device):
+    """Positions are never wrapped. What is lost are the digits of the distance itself."""
+    period, most = (2.5, 1.9, 3.1), 1000
+    ensembles = crowd(spread=1.0)
+    far = moved_by_periods(ensembles, period, most)
+    neighbours, held = applied(far, device, period=period)
+    assert np.abs(all_forces(held)).max() > 0.1
+    assert_agrees(neighbours, held, Pairs(far, **STERIC, period=period))
+    assert_agrees(neighbours, held, Pairs(ensembles, **STERIC, period=period), tolerance=1e-13 * 4 * most)
+
+
+def test_a_rod_longer_than_the_box_feels_its_own_image(device):
+    """A straight rod along a diagonal of a box of half its length, and one that closes on itself but for a hair."""
+    period = (1.75, 1.75, 1.75)
+    line = np.linspace(0, 4.0, 81)[:, None] * np.array([0.8, 0.6, 0.0])
+    along = np.linspace(0, 1.75 * 80 / 81, 81)[:, None] * np.array([1.0, 0.0, 0.0]) + [0.0, 0.0, 0.5]
+    ensembles = [Rods(line[None], np.array([4.0])), Rods(along[None], np.array([1.75 * 80 / 81]))]
+    neighbours, held = applied(ensembles, device, period=period)
+    assert np.abs(all_forces(held)).max() > 0.01
+    assert_agrees(neighbours, held, Pairs(ensembles, **STERIC, period=period))
+
+
+def test_total_force_is_zero_in_a_periodic_box(device):
+    period = (2.0, 2.2, 0.0)
+    ensembles = moved_by_periods(crowd(spread=1.0), period, 3)
+    pairs = Pairs(ensembles, **STERIC, period=period)
+    _, held = applied(ensembles, device, period=period)
+    force = pairs.weights[:, None] * all_forces(held)
+    np.testing.assert_allclose(force.sum(axis=0), 0, rtol=0, atol=1e-14 * np.abs(force).sum())
+
+
+@pytest.mark.parametrize("period", [(0.0, 0.0, 0.0), (2.0, 2.2, 0.0)])
+def test_bits_depend_on_positions_alone(period, device, monkeypatch):
+    """Not on the skin, nor on where nodes were when lists were made, nor on how long lists are or once were."""
+    there = crowd(spread=0.6)
+    _, held = applied(there, device, period=period)
+    expected, rng = all_forces(held), np.random.default_rng(7)
+    for skin, places in [(0.0, 32), (1e-3, 32), (0.02, 1), (0.13, 32), (0.4, 7), (0.4, 500)]:
+        monkeypatch.setattr(lists, "PLACES", places)
+        held = [Held(e, device) for e in there]
+        neighbours = Neighbours(held, **STERIC, device=device, period=period, skin=skin)
+        for h, e in zip(held, there, strict=True):
+            way = rng.normal(size=e.position.shape)
+            h.place(e.position + 0.49 * skin * way / np.linalg.norm(way, axis=-1, keepdims=True))
+        neighbours.renew()
+        for h, e in zip(held, there, strict=True):
+            h.place(e.position)
+        neighbours.apply()
+        np.testing.assert_array_equal(all_forces(held), expected)
+
+
+def test_lists_that_are_too_short_are_made_longer(device, monkeypatch):
+    monkeypatch.setattr(lists, "PLACES", 2)
+    ensembles = crowd()
+    neighbours, held = applied(ensembles, device)
+    longest = neighbours._lists.count.numpy().max()
+    assert 2 < longest <= neighbours._lists.near.shape[1]
+    assert_agrees(neighbours, held, Pairs(ensembles, **STERIC))
+
+
+@pytest.mark.parametrize("skin", [0.0, 0.05, 0.3])
+def test_lists_are_renewed_in_time(skin, device):
+    """One bundle is driven through another, over the faces of the box, by steps from far below to above the skin."""
+    period, steric = (2.0, 0.0, 1.9), STERIC | {"range": 0.05}
+    rng = np.random.default_rng(8)
+    still, driven = walks(rng, 5, 17, 0.4, 0.2), walks(rng, 5, 17, 0.4, 0.2)
+    held = [Held(still, device), Held(driven, device)]
+    neighbours = Neighbours(held, **steric, device=device, period=period, skin=skin)
+    renewed = 0
+    renew = neighbours.renew
+
+    def counted():
+        nonlocal renewed
+        renewed += 1
+        renew()
+
+    neighbours.renew = counted
+    way = np.cumsum(np.concatenate([np.full(12, 0.01), np.full(5, 0.06), np.full(6, 0.4)]))
+    for x in way:
+        now = Rods(driven.position + np.array([x - 0.5, 0.0, x / 3]), driven.length)
+        held[1].place(now.position)
+        neighbours.apply()
+        assert_agrees(neighbours, held, Pairs([still, now], **steric, period=period))
+    assert renewed < len(way) or skin == 0
+
+
+def test_ways_of_nodes_are_measured(device):
+    """The longest of a step, and since lists were made; putting nodes elsewhere is no step."""
+    (rods, _), rng = crowd(), np.random.default_rng(9)
+    held = Held(rods, device)
+    neighbours = Neighbours([held], **STERIC, device=device, skin=10.0)
+    neighbours.apply()
+    ways, at = rng.normal(scale=[[0.1], [0.3], [0.2]], size=(3, 3)), rods.position
+    for way in ways:
+        at = at + way
+        held.place(at)
+        neighbours.push()
+    longest, drift = np.linalg.norm(ways, axis=-1).max(), np.linalg.norm(np.cumsum(ways, axis=0), axis=-1)
+    assert neighbours.moved() == pytest.approx((longest, drift.max()), rel=1e-12)
+    assert neighbours.moved() == pytest.approx((0.0, drift.max()), rel=1e-12)
+    held.place(rods.position + np.array([0.0, 0.0, 0.5]))
+    neighbours.settle()
+    assert neighbours.moved() == pytest.approx((0.0, 0.5), rel=1e-12)
+
+
+def rate(pairs: Pairs, drag: np.ndarray) -> float:
+    """The fastest rate of nodes that move singly under the forces of the pairs."""
+    return float(np.abs(np.linalg.eigvals(pairs.mobility_jacobian(drag))).max())
+
+
+def two_points(apart: float, core: float, device) -> tuple[Neighbours, Pairs]:
+    """Two rods whose middle nodes alone are within reach; crossed, so that the others are far."""
+    s = np.linspace(-20.0, 20.0, 5)[:, None]
+    rods = [Rods((s * e)[None] + np.array([0, 0, z]), np.array([40.0]))
+            for e, z in ((np.eye(3)[0], 0.0), (np.eye(3)[1], apart))]  # fmt: skip
+    neighbours, _ = applied(rods, device, core=core)
+    return neighbours, Pairs(rods, **(STERIC | {"core": core}))
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.03, 0.06, 0.1, 0.3])
+def test_stiffness_of_two_nodes_is_half_their_rate(apart, device):
+    neighbours, pairs = two_points(apart, 0.05, device)
+    assert 2 * neighbours.stiffness() == pytest.approx(rate(pairs, np.ones(10)), rel=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0, 3.0])
+def test_twice_the_stiffness_bounds_every_rate(scale, device):
+    """Rods of different drag in denser and denser tangles: above the fastest rate, by no more than five times."""
+    rng = np.random.default_rng(10)
+    ensembles = [walks(rng, 6, 9, 0.4, 0.3 / scale), walks(rng, 4, 11, 0.3, 0.3 / scale)]
+    drags = [np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]), np.full(4, 5.0)]
+    held = [Held(e, device, drag) for e, drag in zip(ensembles, drags, strict=True)]
+    neighbours = Neighbours(held, **STERIC, device=device)
+    neighbours.apply()
+    each = np.concatenate([np.repeat(drag, e.position.shape[1]) for e, drag in zip(ensembles, drags, strict=True)])
+    fastest = rate(Pairs(ensembles, **STERIC), each)
+    assert fastest <= 2 * neighbours.stiffness() < 5 * fastest
+
+
+def amplification(x: float) -> float:
+    """Of a step of SBDF2 with all of a rate's pull extrapolated, x = rate Δt: (3z² − 4z + 1)/2 = −x(2z − 1)."""
+    return float(np.abs(np.roots([1.5, -2 + 2 * x, 0.5 - x])).max())
+
+
+def test_the_largest_step_is_where_the_scheme_begins_to_amplify():
+    stiffness = 37.0
+    x = 2 * stiffness * largest_step(stiffness)
+    assert amplification(x) == pytest.approx(1, rel=1e-12)
+    assert amplification(1.001 * x) > 1.0001
+    assert max(amplification(share * x) for share in np.linspace(0.01, 0.999, 50)) < 1
+    assert largest_step(0.0) == np.inf

@@ -1,0 +1,138 @@
+"""Steric forces against all pairs in NumPy, their conservation laws, and the neighbour grid."""
+
+import numpy as np
+import pytest
+from examples.steric import STERIC, all_forces, applied, assert_agrees, crowd, walks
+from reference.steric import Pairs, Rods
+
+from warp_rods.contact.neighbours import CELLS, Neighbours
+from warp_rods.membranes import surfaces
+from warp_rods.rods.bound.rods import BoundRods
+
+
+def test_forces_and_energies_agree_with_all_pairs(device):
+    ensembles = crowd()
+    pairs = Pairs(ensembles, **STERIC)
+    neighbours, held = applied(ensembles, device)
+    assert np.abs(pairs.forces()).max() > 0.1
+    assert_agrees(neighbours, held, pairs)
+
+
+@pytest.mark.parametrize("core", [0.01, 0.05, 0.0501, 0.12])
+def test_close_neighbours_along_one_rod_are_left_out(core, device):
+    """One straight rod of spacing 0.025: cores below, at and above twice and four times it."""
+    line = np.linspace(0, 0.8, 33)[:, None] * np.array([0.6, 0.8, 0.0])
+    ensembles = [Rods(line[None], np.array([0.8]))]
+    neighbours, held = applied(ensembles, device, core=core)
+    assert_agrees(neighbours, held, Pairs(ensembles, **(STERIC | {"core": core})))
+
+
+def test_forces_and_energies_come_to_nothing_where_their_reach_ends(device):
+    """Linearly and quadratically, whether the core is thinner than the range or thicker; so no step of Δt jumps."""
+    for core in (0.02, 0.1, 0.4):
+        steric = {"strength": 1.0, "range": 0.1, "core": core}
+        one = Rods(np.zeros((1, 2, 3)), np.ones(1))
+
+        def felt(share, one=one, steric=steric):
+            other = Rods(one.position + np.array([8 * 0.1 * share, 0, 0]), one.length)
+            neighbours, held = applied([one, other], device, **steric)
+            return np.abs(all_forces(held)).max(), neighbours.energies()[0].sum()
+
+        (force, energy), (less, least) = felt(1 - 1e-3), felt(1 - 1e-4)
+        assert less == pytest.approx(force / 10, rel=0.02) and least == pytest.approx(energy / 100, rel=0.02)
+        assert felt(1 + 1e-9) == (0.0, 0.0)
+        assert felt(1 - 1e-9)[0] < 1e-10 * felt(0.25)[0]
+
+
+def test_third_law(device):
+    ensembles = crowd()
+    _, held = applied(ensembles, device)
+    pairs = Pairs(ensembles, **STERIC)
+    force = pairs.weights[:, None] * all_forces(held)
+    scale = np.abs(force).sum()
+    np.testing.assert_allclose(force.sum(axis=0), 0, rtol=0, atol=1e-14 * scale)
+    np.testing.assert_allclose(np.cross(pairs.points, force).sum(axis=0), 0, rtol=0, atol=1e-14 * scale)
+
+
+def test_force_is_minus_the_gradient_of_the_energy(device):
+    ensembles = crowd()
+    _, held = applied(ensembles, device)
+    pairs = Pairs(ensembles, **STERIC)
+    force = pairs.weights[:, None] * all_forces(held)
+    step = 1e-30
+    for i in np.random.default_rng(2).choice(len(force), size=12, replace=False):
+        for axis in range(3):
+            moved = pairs.points.astype(complex)
+            moved[i, axis] += 1j * step
+            slope = pairs.energies(moved).sum().imag / step
+            assert force[i, axis] == pytest.approx(-slope, rel=0, abs=1e-13 * np.abs(force).max())
+
+
+def test_grid_misses_no_pair_beyond_its_period(device):
+    """Space wraps round the grid: rods over four periods, with partners near by and exactly one period off."""
+    steric = STERIC | {"range": 0.01, "core": 0.02}
+    period = CELLS * 8 * steric["range"]
+    rng = np.random.default_rng(3)
+    far = walks(rng, 25, 9, 0.3, 2 * period)
+    near = Rods(far.position + rng.normal(scale=0.01, size=(25, 1, 3)), far.length)
+    image = Rods(far.position + np.array([period, 0, 0]), far.length)
+    ensembles = [far, near, image]
+    assert np.ptp(far.position, axis=(0, 1)).min() > 3 * period
+    neighbours, held = applied(ensembles, device, **steric)
+    assert np.abs(held[0].force).max(axis=(1, 2)).min() > 0
+    assert_agrees(neighbours, held, Pairs(ensembles, **steric))
+
+
+def test_nodes_on_top_of_each_other_do_not_push(device):
+    rods = walks(np.random.default_rng(4), 3, 9, 0.3, 1.0)
+    twice = [rods, Rods(rods.position.copy(), rods.length)]
+    neighbours, held = applied(twice, device)
+    assert np.isfinite(all_forces(held)).all()
+    assert_agrees(neighbours, held, Pairs(twice, **STERIC))
+    point = [Rods(np.zeros((2, 9, 3)), np.array([0.3, 0.3]))]
+    assert not all_forces(applied(point, device)[1]).any()
+
+
+def test_same_positions_same_bits_and_new_positions_are_seen(device):
+    """The second call replays a recorded graph, which must rebuild the grid from where the rods are now."""
+    first, second = crowd()
+    neighbours, held = applied([first, second], device)
+    before, energies = all_forces(held), np.concatenate(neighbours.energies())
+    neighbours.apply()
+    np.testing.assert_array_equal(all_forces(held), before)
+    moved = Rods(first.position[::-1] * 1.3 + [0.1, 0.02, 0.0], first.length)
+    held[0].place(moved.position)
+    neighbours.apply()
+    assert_agrees(neighbours, held, Pairs([moved, second], **STERIC))
+    held[0].place(first.position)
+    neighbours.apply()
+    np.testing.assert_array_equal(all_forces(held), before)
+    np.testing.assert_array_equal(np.concatenate(neighbours.energies()), energies)
+
+
+def test_ensembles_of_one_scene_push_each_other_and_far_ones_do_not(device):
+    rng = np.random.default_rng(5)
+    one = walks(rng, 1, 4, 0.1, 0.0)  # too few nodes to push itself
+    beside, far = (Rods(one.position + np.array([x, 0, 0]), one.length) for x in (0.1, 2.0))
+    assert np.abs(applied([one, beside], device)[1][0].force).min() > 0
+    assert not all_forces(applied([one, far], device)[1]).any()
+
+
+def test_two_filaments_on_a_sphere_part_and_lose_energy(device):
+    core = STERIC["core"]
+    sphere = surfaces.make("sphere", {"radius": 1.0})
+    r = np.array([[1.0, 0.0, 0.75 * core], [1.0, 0.0, -0.75 * core]])
+    rods = BoundRods(sphere, r, [[0, 1, 0.1], [0, 1, 0]], nodes=33, length=0.8, drag=(1, 2, 0.1), device=device)
+    neighbours = Neighbours([rods], 0.1, 0.1, core, device=device)
+    apart, energy = [], []
+    for _ in range(40):
+        neighbours.apply()
+        state = rods.variables()
+        energy.append(state["energy"].sum() + neighbours.energies()[0].sum())
+        apart.append(np.linalg.norm(state["position"][0, 16] - state["position"][1, 16]))
+        for _ in range(10):
+            neighbours.apply()
+            rods.step(1e-3)
+    assert np.diff(apart).min() > 0 and apart[-1] > 1.2 * apart[0]
+    assert np.diff(energy).max() < 0
+    assert state["constraint"].max() < 1e-9 and (rods.status == 0).all()

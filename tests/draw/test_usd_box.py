@@ -1,0 +1,68 @@
+"""The box of swimmers in the animation: rods where their middle is inside, edges, walls that can be seen."""
+
+import numpy as np
+import pytest
+
+from warp_rods.draw.usd.box import into_box
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import runner
+
+CELLS = {
+    "name": "cells", "count": 4, "nodes": 17, "bend": 1e-2, "twist": 1e-3, "flagella": {"profile": "uniform"},
+    "shape": {"kind": "straight"},
+}  # fmt: skip
+STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
+BOXES = {
+    "periodic": {"kind": "periodic", "size": [1.5, 1.6, 1.7]},
+    "slab": {"kind": "slab", "size": [1.5, 1.6], "height": 0.3},
+    "container": {"kind": "container", "surface": {"kind": "sphere", "radius": 1.2}},
+}
+
+
+def stage_of(kind: str, folder):
+    from pxr import Usd
+
+    scene = Scene(swimmers=[CELLS], box=BOXES[kind], steric=STERIC, time={"end": 1.5, "save_every": 0.5, "step": 1e-3})
+    run = runner.run(scene, folder, device="cpu")
+    return run.data["cells"].to_dataset(), Usd.Stage.Open(str(folder / "animation.usdc"))
+
+
+@pytest.mark.parametrize("kind", ["periodic", "slab"])
+def test_rods_are_drawn_in_their_periodic_box(kind, tmp_path):
+    from pxr import UsdGeom
+
+    data, stage = stage_of(kind, tmp_path / "run")
+    size = np.array([1.5, 1.6, 1.7 if kind == "periodic" else np.inf])
+    points = UsdGeom.BasisCurves.Get(stage, "/World/Ensembles/cells").GetPointsAttr()
+    left = 0
+    for frame in range(data.sizes["frame"]):
+        drawn = np.array(points.Get(frame)).reshape(4, 17, 3)
+        saved = data.position[frame].to_numpy()
+        shift = (drawn - saved) / np.where(np.isfinite(size), size, 1)
+        np.testing.assert_allclose(shift, np.rint(shift[:, :1]) + 0 * shift, atol=1e-5)  # whole periods, rods whole
+        assert (np.abs(drawn[:, 8]) <= size / 2 + 1e-6).all()
+        left += np.abs(np.rint(shift)).sum()
+    assert left > 0  # swimmers did leave: at speed 1 they cross the box in 1.5
+    edges = UsdGeom.BasisCurves.Get(stage, "/World/Box")
+    corners = np.array(edges.GetPointsAttr().Get())
+    assert len(edges.GetCurveVertexCountsAttr().Get()) == 12
+    expected = [1.5, 1.6, 1.7 if kind == "periodic" else 0.3]
+    np.testing.assert_allclose(np.ptp(corners, axis=0), expected, rtol=1e-6)
+
+
+def test_the_container_is_drawn(tmp_path):
+    from pxr import UsdGeom, UsdValidation
+
+    _, stage = stage_of("container", tmp_path / "run")
+    points = np.array(UsdGeom.Mesh.Get(stage, "/World/Container").GetPointsAttr().Get())
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.2, rtol=1e-6)
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    assert not context.Validate(stage)
+
+
+def test_into_box_keeps_rods_whole():
+    rods = np.array([[[0.9, 0, 0], [1.1, 0, 0], [1.3, 0, 7]], [[-2.9, 0, 0], [-3.2, 0, 0], [-3.4, 0, 0]]])
+    inside = into_box(rods, np.array([2.0, 0.0, 0.0]))
+    np.testing.assert_allclose(inside[0, :, 0], [-1.1, -0.9, -0.7], atol=1e-15)
+    np.testing.assert_allclose(inside[1, :, 0], [1.1, 0.8, 0.6], atol=1e-15)
+    assert inside[0, 2, 2] == 7

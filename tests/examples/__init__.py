@@ -1,0 +1,1 @@
+"""Rods, scenes and data that several tests share."""

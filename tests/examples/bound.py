@@ -1,0 +1,141 @@
+"""States of surface-bound filaments for the tests: on the device, in the twin, and as smooth curves on a surface."""
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from reference.bound import Rod, State, end_slope, moments
+from reference.symbolic_surface import cassini, torus
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+
+from warp_rods.membranes import surfaces
+from warp_rods.rods.bound.rods import BoundRods
+
+LENGTH = np.array([1.2, 0.9])
+STIFFNESS = np.array([[1.0, 1.3, 0.7], [0.6, 0.9, 1.1]])
+INTRINSIC = np.array([[0.4, 0.8, 0.3], [-0.5, -0.7, -0.2]])
+DRAG = np.array([[1.0, 2.0, 0.3], [0.8, 1.7, 0.6]])
+"""Two rods that differ in every coefficient, none of them zero."""
+
+TWINS = {"torus": torus(1.0, 0.5), "cassini": cassini(1.0, 1.1)}
+OURS = {
+    "torus": ("torus", {"major": 1.0, "minor": 0.5}),
+    "cassini": ("cassini", {"a": 1.0, "b": 1.1}),
+}
+MIDDLES = {
+    "torus": np.array([[1.4, 0.3, 0.3], [-0.2, 0.6, 0.35]]),
+    "cassini": np.array([[0.5, 0.1, 0.3], [-0.3, 0.5, -0.9]]),
+}
+DIRECTIONS = np.array([[0.3, 0.8, 0.5], [0.6, -0.2, 0.7]])
+"""Near the middle nodes and their tangents."""
+
+
+def wave(rng, scale=1.0):
+    """A random smooth function on [−1, 1]."""
+    amplitude, phase = scale * rng.normal(size=4), rng.uniform(0, 2 * np.pi, 4)
+    return lambda x: np.cos(np.multiply.outer(x, [0.0, 1.5, 3.0, 4.5]) + phase) @ amplitude
+
+
+def filaments(kind, nodes, device, geodesic_curvature, force=0.0):
+    """The two rods on the device with these Ω [rod, node] and force per length [rod, node, 3]."""
+    rods = BoundRods(
+        surfaces.make(*OURS[kind]),
+        MIDDLES[kind],
+        DIRECTIONS,
+        nodes=nodes,
+        length=LENGTH,
+        stiffness=STIFFNESS,
+        intrinsic=INTRINSIC,
+        drag=DRAG,
+        geodesic_curvature=geodesic_curvature,
+        device=device,
+    )
+    rods.force = force
+    return rods
+
+
+def random_filaments(kind, nodes, device, seed=3):
+    """The two rods with random smooth Ω and force."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-1, 1, nodes)
+    turn = np.stack([wave(rng)(x) for _ in LENGTH])
+    force = np.stack([np.stack([wave(rng)(x) for _ in range(3)], -1) for _ in LENGTH])
+    return filaments(kind, nodes, device, turn, force)
+
+
+def twin_rod(kind, rod, nodes):
+    """The twin's parameters of one of the two rods."""
+    return Rod(TWINS[kind], LENGTH[rod] / (nodes - 1), STIFFNESS[rod], INTRINSIC[rod], DRAG[rod])
+
+
+def read(rods, name):
+    """A copy of one of the ensemble's device arrays [rod, ...]."""
+    return getattr(rods._f, name).numpy().copy()
+
+
+def twin_state(rods, rod):
+    """The present state of one rod for the twin."""
+    return State(*(read(rods, name)[rod] for name in ("geodesic", "rotation", "position")))
+
+
+# --- smooth curves -----------------------------------------------------------------------------------------------
+
+
+def start_frame(kind, rod):
+    """Middle position and tangent of one of the two rods, exactly on the surface."""
+    x = MIDDLES[kind][rod]
+    for _ in range(20):
+        x = TWINS[kind].newton(x)
+    return x, TWINS[kind].frame(x, DIRECTIONS[rod])[:, 0]
+
+
+def trace(surface, turn, r, q, s):
+    """Positions and tangents [..., 3] at arc lengths s (rising, 0 in the middle) of the curve of these Ω(s).
+
+    q' = Ω n×q − (q·∇n·q) n, (5.46) with its second sign as model §3 has it.
+    """
+
+    def slope(at, y):
+        x, q = y[:3], y[3:]
+        n = surface.normal(x)
+        return np.concatenate([q, turn(at) * np.cross(n, q) - (q @ surface.normal_gradient(x) @ q) * n])
+
+    parts = []
+    for way, side in ((-1, s[s < 0][::-1]), (1, s[s >= 0])):
+        path = solve_ivp(slope, (0, side[-1]), np.concatenate([r, q]), "DOP853", t_eval=side, rtol=1e-13, atol=1e-13)
+        parts.append(path.y.T[::way])
+    x = np.concatenate(parts)
+    return x[:, :3], x[:, 3:]
+
+
+def compatible_turn(kind, rod, seed=5):
+    """A smooth Ω(s) whose curve meets both conditions of free ends: m3 = 0 and (D.60)."""
+    half = LENGTH[rod] / 2
+    B3, sigma3 = STIFFNESS[rod][2], INTRINSIC[rod][2]
+    inside = Chebyshev.interpolate(wave(np.random.default_rng(seed + rod), 0.5), 12)
+    inside *= Chebyshev.fromroots([-1, -1, 1, 1])
+    left, right = Chebyshev.fromroots([-1, 1, 1]) / 4, Chebyshev.fromroots([-1, -1, 1]) / 4
+    ends = half * np.array([-1.0, 1.0])
+
+    def with_slopes(slopes):
+        return sigma3 + inside + slopes[0] * left + slopes[1] * right
+
+    def excess(slopes):
+        shape = with_slopes(slopes)
+        curve = trace(TWINS[kind], lambda s: shape(s / half), *start_frame(kind, rod), ends)
+        K = TWINS[kind].curvature(*curve)
+        return slopes - half / B3 * end_slope(K, moments(twin_rod(kind, rod, 2), K, shape(ends / half)))
+
+    return with_slopes(fsolve(excess, np.zeros(2)))
+
+
+def smooth_filaments(kind, nodes, device, turns, seed=1):
+    """The two rods with Ω of ``turns``, functions on [−1, 1], under a smooth force."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-1, 1, nodes)
+    force = np.stack([np.stack([wave(rng)(x) for _ in range(3)], -1) for _ in LENGTH])
+    return filaments(kind, nodes, device, np.stack([turn(x) for turn in turns]), force)
+
+
+def order(cells, errors):
+    """Fitted orders of convergence of errors [run, ...] with these numbers of cells."""
+    return -np.polyfit(np.log(cells), np.log(errors), 1)[0]

@@ -1,0 +1,68 @@
+"""Rods that stand still for tests of the steric sums, and how sums are compared with all pairs."""
+
+import numpy as np
+import warp as wp
+from reference.steric import Pairs, Rods
+
+from warp_rods.contact.neighbours import Neighbours
+from warp_rods.kernels.layout import per_node
+
+STERIC = {"strength": 0.7, "range": 0.1, "core": 0.05}
+
+
+class Held:
+    """An ensemble that stays where it is put: what ``Neighbours`` asks for and nothing else."""
+
+    def __init__(self, rods: Rods, device, drag=1.0):
+        self.count, self.nodes = rods.position.shape[:2]
+        self.position_array = per_node(self.count, self.nodes, wp.vec3d, device)
+        self.force_array = per_node(self.count, self.nodes, wp.vec3d, device)
+        self.spacing_array = wp.array(rods.spacing, dtype=wp.float64, device=device)
+        self.cross_drag = np.broadcast_to(np.asarray(drag, dtype=float), (self.count,)).copy()
+        self.place(rods.position)
+
+    def place(self, position: np.ndarray) -> None:
+        self.position_array.assign(position)
+
+    @property
+    def force(self) -> np.ndarray:
+        return self.force_array.numpy().copy()
+
+
+def walks(rng: np.random.Generator, count: int, nodes: int, lengths, spread) -> Rods:
+    """Random walks of nodes a spacing apart from starts in a box of these half widths; they cross themselves."""
+    length = np.broadcast_to(np.asarray(lengths, dtype=float), (count,))
+    steps = rng.normal(size=(count, nodes, 3))
+    steps *= (length / (nodes - 1))[:, None, None] / np.linalg.norm(steps, axis=-1, keepdims=True)
+    spread = np.broadcast_to(np.asarray(spread, dtype=float), (3,))
+    return Rods(rng.uniform(-spread, spread, size=(count, 1, 3)) + np.cumsum(steps, axis=1), length)
+
+
+def crowd(spread=0.25, seed=1) -> list[Rods]:
+    """Two ensembles of other nodes, lengths and spacings, entangled; 2ε is 3.2 to 9.8 spacings."""
+    rng = np.random.default_rng(seed)
+    return [
+        walks(rng, 12, 17, np.linspace(0.3, 0.5, 12), spread), walks(rng, 7, 30, np.linspace(0.3, 0.6, 7), spread)
+    ]  # fmt: skip
+
+
+def applied(ensembles: list[Rods], device, **steric) -> tuple[Neighbours, list[Held]]:
+    held = [Held(e, device) for e in ensembles]
+    neighbours = Neighbours(held, **(STERIC | steric), device=device)
+    neighbours.apply()
+    return neighbours, held
+
+
+def all_forces(held: list[Held]) -> np.ndarray:
+    return np.concatenate([h.force.reshape(-1, 3) for h in held])
+
+
+def assert_agrees(neighbours: Neighbours, held: list[Held], pairs: Pairs, tolerance: float = 1e-13) -> None:
+    expected = pairs.forces()
+    np.testing.assert_allclose(all_forces(held), expected, rtol=0, atol=tolerance * np.abs(expected).max())
+    energies, first = pairs.energies(), 0
+    for e, found in zip(pairs.ensembles, neighbours.energies(), strict=True):
+        size = e.position.shape[0] * e.position.shape[1]
+        mine = energies[first : first + size].reshape(e.position.shape[:2]).sum(axis=1)
+        np.testing.assert_allclose(found, mine, rtol=tolerance, atol=tolerance * energies.sum())
+        first += size

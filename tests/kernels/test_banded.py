@@ -1,0 +1,125 @@
+"""Batched banded solves against LAPACK: random, badly scaled, small, stiff, and broken systems."""
+
+import numpy as np
+import pytest
+import warp as wp
+from reference.banded import backward_error, biharmonic, dominant, lapack, off_the_rod
+
+from warp_rods.kernels import banded
+from warp_rods.kernels.layout import per_node, real
+
+EPSILON = np.finfo(float).eps
+BANDS = [3, 5]
+
+
+def uploaded(values: np.ndarray, dtype, device) -> wp.array:
+    array = per_node(*values.shape[:2], dtype, device)
+    array.assign(values)
+    return array
+
+
+def solve(coefficients: np.ndarray, right: np.ndarray, device, in_place: bool = False) -> np.ndarray:
+    """Solutions of the systems [band, rod, node] by the kernels; checks that the coefficients survive."""
+    bands, rods, nodes = coefficients.shape
+    dtype = real if right.ndim == 2 else wp.vec2d
+    kernel = banded.solve_tridiagonal if bands == 3 else banded.solve_pentadiagonal
+    rows = [uploaded(band, real, device) for band in coefficients]
+    given = uploaded(right, dtype, device)
+    solution = given if in_place else per_node(rods, nodes, dtype, device)
+    work = per_node(rods, nodes, real if bands == 3 else wp.vec2d, device)
+    wp.launch(kernel, rods, [*rows, given, work, solution], device=device)
+    for row, band in zip(rows, coefficients, strict=True):
+        np.testing.assert_array_equal(row.numpy(), band)
+    return solution.numpy()
+
+
+@pytest.mark.parametrize("bands", BANDS)
+@pytest.mark.parametrize(("rods", "nodes"), [(1, 3), (1, 4), (2, 5), (1, 65), (50, 33), (3, 257)])
+def test_random_systems_agree_with_lapack(bands, rods, nodes, device):
+    rng = np.random.default_rng(bands * nodes)
+    coefficients, right = dominant(rng, bands, rods, nodes), rng.normal(size=(rods, nodes))
+    x = solve(coefficients, right, device)
+    assert backward_error(coefficients, x, right) < 8 * EPSILON
+    np.testing.assert_allclose(x, lapack(coefficients, right), rtol=0, atol=1e-13 * abs(x).max())
+
+
+@pytest.mark.parametrize("bands", BANDS)
+@pytest.mark.parametrize("rods", [1, 20])
+def test_rows_scaled_by_eight_decades_either_way(bands, rods, device):
+    rng = np.random.default_rng(bands)
+    coefficients, right = dominant(rng, bands, rods, 65), rng.normal(size=(rods, 65))
+    scale = 10 ** rng.uniform(-8, 8, size=(rods, 65))
+    x = solve(coefficients * scale, right * scale, device)
+    assert backward_error(coefficients * scale, x, right * scale) < 8 * EPSILON
+    # Pivoting sees the scales and elimination without it does not: the unscaled system is the fair reference.
+    np.testing.assert_allclose(x, lapack(coefficients, right), rtol=0, atol=1e-13 * abs(x).max())
+
+
+@pytest.mark.parametrize("nodes", [65, 257])
+@pytest.mark.parametrize("strength", [5e-6, 5e-3])
+def test_implicit_bending_operator(nodes, strength, device):
+    coefficients = biharmonic(2, nodes, strength)
+    s = np.linspace(0, 1, nodes)
+    right = np.stack([np.sin(np.pi * s) ** 2, np.random.default_rng(0).normal(size=nodes)])
+    x = solve(coefficients, right, device)
+    assert backward_error(coefficients, x, right) < 8 * EPSILON
+    condition = 1 + 16 * strength * (nodes - 1) ** 4
+    difference = np.linalg.norm(x - lapack(coefficients, right)) / np.linalg.norm(x)
+    assert difference < 8 * EPSILON * condition
+
+
+@pytest.mark.parametrize("bands", BANDS)
+def test_pairs_are_two_solves_to_the_bit(bands, device):
+    rng = np.random.default_rng(5)
+    coefficients, right = dominant(rng, bands, 7, 65), rng.normal(size=(7, 65, 2))
+    pairs = solve(coefficients, right, device)
+    for component in (0, 1):
+        alone = solve(coefficients, right[:, :, component], device)
+        np.testing.assert_array_equal(pairs[:, :, component], alone)
+    assert backward_error(coefficients, pairs, right) < 8 * EPSILON
+
+
+@pytest.mark.parametrize("bands", BANDS)
+@pytest.mark.parametrize("tail", [(), (2,)])
+def test_the_solution_may_replace_the_right_hand_side(bands, tail, device):
+    rng = np.random.default_rng(6)
+    coefficients, right = dominant(rng, bands, 4, 17), rng.normal(size=(4, 17, *tail))
+    apart = solve(coefficients, right, device)
+    np.testing.assert_array_equal(solve(coefficients, right, device, in_place=True), apart)
+
+
+def test_the_upper_diagonal_may_be_the_work_array(device):
+    rng = np.random.default_rng(7)
+    coefficients, right = dominant(rng, 3, 4, 17), rng.normal(size=(4, 17))
+    lower, diagonal, upper, given = (uploaded(v, real, device) for v in (*coefficients, right))
+    wp.launch(banded.solve_tridiagonal, 4, [lower, diagonal, upper, given, upper, given], device=device)
+    np.testing.assert_array_equal(given.numpy(), solve(coefficients, right, device))
+
+
+@pytest.mark.parametrize("bands", BANDS)
+@pytest.mark.parametrize("nodes", [3, 4, 5, 33])
+def test_coefficients_off_the_rod_are_ignored(bands, nodes, device):
+    rng = np.random.default_rng(8)
+    coefficients, right = dominant(rng, bands, 2, nodes), rng.normal(size=(2, nodes))
+    littered = np.where(off_the_rod(bands, nodes)[:, None, :], np.nan, coefficients)
+    np.testing.assert_array_equal(solve(littered, right, device), solve(coefficients, right, device))
+
+
+@pytest.mark.parametrize("bands", BANDS)
+def test_a_zero_pivot_spoils_its_own_rod_alone(bands, device):
+    rng = np.random.default_rng(9)
+    coefficients, right = dominant(rng, bands, 3, 33), rng.normal(size=(3, 33))
+    sound = solve(coefficients, right, device)
+    coefficients[bands // 2, 1, 0] = 0.0
+    x = solve(coefficients, right, device)
+    assert not np.isfinite(x[1]).all()
+    np.testing.assert_array_equal(x[[0, 2]], sound[[0, 2]])
+
+
+@pytest.mark.parametrize("bands", BANDS)
+def test_a_rod_does_not_depend_on_its_batch(bands, device):
+    rng = np.random.default_rng(10)
+    coefficients, right = dominant(rng, bands, 40, 65), rng.normal(size=(40, 65))
+    together = solve(coefficients, right, device)
+    alone = solve(coefficients[:, 17:18], right[17:18], device)
+    np.testing.assert_array_equal(together[17:18], alone)

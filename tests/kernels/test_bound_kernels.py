@@ -1,0 +1,162 @@
+"""Each stage of the surface-bound filament's kernels, and whole steps, against the NumPy twin."""
+
+import numpy as np
+import pytest
+import warp as wp
+from examples.bound import (
+    LENGTH,
+    TWINS,
+    compatible_turn,
+    order,
+    random_filaments,
+    read,
+    smooth_filaments,
+    start_frame,
+    trace,
+    twin_rod,
+    twin_state,
+)
+from numpy.polynomial import Chebyshev
+from reference import bound as twin
+from reference.bound_step import rebuild, step
+
+from warp_rods.kernels.bound import rows as bound_rows
+
+NODES = 33
+KINDS = ("torus", "cassini")
+ROUND_OFF = 1e-13
+SOLVED = 1e-12
+"""Round-off of a field that a banded system or differences along s stand before; relative to its largest value."""
+
+
+def close(ours, theirs, tolerance):
+    """Agreement relative to the largest value of the field."""
+    assert np.abs(ours - theirs).max() <= tolerance * np.abs(theirs).max()
+
+
+@pytest.fixture(params=KINDS)
+def evaluated(request, device):
+    """Rods in a random state with their velocities, and for each the twin's parameters, state and motion."""
+    rods = random_filaments(request.param, NODES, device)
+    rods.evaluate()
+    cases = [(twin_rod(request.param, b, NODES), twin_state(rods, b)) for b in range(rods.count)]
+    return rods, [(rod, state, twin.evaluate(rod, state, f)) for (rod, state), f in zip(cases, rods.force, strict=True)]
+
+
+STAGES = {
+    "curvature": ROUND_OFF,
+    "moment": ROUND_OFF,
+    "load": SOLVED,
+    "tension": SOLVED,
+    "along": SOLVED,
+    "rate": SOLVED,
+}
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_stage_agrees_with_twin(evaluated, name):
+    rods, twins = evaluated
+    for b, (_rod, _state, motion) in enumerate(twins):
+        theirs = getattr(motion, name)
+        close(read(rods, name)[b, : len(theirs)], theirs, STAGES[name])
+
+
+def test_velocity_across_agrees_with_twin(evaluated):
+    rods, twins = evaluated
+    for b, (_rod, _state, motion) in enumerate(twins):
+        close(read(rods, "across")[b], motion.velocity[:, 1], SOLVED)
+
+
+def test_energy_and_dissipation_agree_with_twin(evaluated):
+    rods, twins = evaluated
+    ours = rods.variables()
+    for b, (rod, state, motion) in enumerate(twins):
+        density = twin.energy_density(rod, state, motion)
+        close(ours["energy_density"][b], density, SOLVED)
+        close(ours["energy"][b], twin.total(density, rod.spacing), SOLVED)
+        close(ours["dissipation"][b], twin.dissipation(rod, motion), SOLVED)
+
+
+def test_load_agrees_with_twin(evaluated):
+    rods, twins = evaluated
+    ours, force = rods.variables()["load"], rods.force
+    for b, (rod, state, motion) in enumerate(twins):
+        close(ours[b], twin.membrane_load(rod, state, motion, force[b]), SOLVED)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1.0, 0.6])
+def test_implicit_matrix_agrees_with_twin(evaluated, device, ratio):
+    rods, twins = evaluated
+    dt = 2e-3
+    pace = wp.array([[dt, ratio]], dtype=wp.vec2d, device=device)
+    wp.launch(bound_rows.bending_rows, (rods.count, NODES), inputs=[rods._f, pace, *rods._arrays.bands], device=device)
+    bands = [band.numpy() for band in rods._arrays.bands]
+    for b, (rod, _state, motion) in enumerate(twins):
+        matrix = twin.implicit_matrix(rod, motion.curvature, dt, ratio).toarray()
+        for offset, band in zip(range(-2, 3), bands, strict=True):
+            rows = np.arange(max(0, -offset), NODES - max(0, offset))
+            close(band[b, rows], matrix[rows, rows + offset], ROUND_OFF)
+            matrix[rows, rows + offset] = 0.0
+        assert not matrix.any()
+
+
+def close_states(ours, theirs):
+    """Round-off of a few steps, each of which solves a system stiff by Δs⁻⁴."""
+    for name in ("geodesic", "rotation", "position"):
+        close(getattr(ours, name), getattr(theirs, name), 1e-11)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_steps_agree_with_twin(kind, device):
+    """Euler, SBDF2 at the same step, then at another step, and once more."""
+    rods = random_filaments(kind, NODES, device)
+    cases = [twin_rod(kind, b, NODES) for b in range(rods.count)]
+    states = [twin_state(rods, b) for b in range(rods.count)]
+    past, force, before = [None] * rods.count, rods.force.copy(), None
+    for dt in (1e-3, 1e-3, 1.7e-3, 6e-4, 6e-4):
+        rods.step(dt)
+        for b, rod in enumerate(cases):
+            now = states[b], twin.evaluate(rod, states[b], force[b])
+            states[b] = step(rod, *now, *(past[b] or now), dt, dt / before if before else 0.0)
+            past[b] = now
+            close_states(twin_state(rods, b), states[b])
+        before = dt
+
+
+@pytest.fixture(scope="module")
+def refined(device):
+    """Rods of one smooth shape on the torus at three spacings, and the shape's Ω(s)."""
+    turns = [compatible_turn("torus", rod) for rod in range(len(LENGTH))]
+    return turns, {nodes: smooth_filaments("torus", nodes, device, turns) for nodes in (17, 33, 65)}
+
+
+def test_two_sweeps_reach_the_fixed_point_beyond_the_order_of_the_scheme(refined):
+    """What (D.81), (D.82) iterated to the end would change is of third order at least: the scheme is of second."""
+    _turns, runs = refined
+    errors = []
+    for nodes, rods in runs.items():
+        worst, m = 0.0, nodes // 2
+        for b in range(rods.count):
+            ours = twin_state(rods, b)
+            whole = rebuild(twin_rod("torus", b, nodes), ours.geodesic, m, ours.rotation[m], ours.position[m], sweeps=6)
+            worst = max(worst, np.abs(ours.position - whole.position).max())
+        errors.append(worst)
+    assert order([nodes - 1 for nodes in runs], errors) > 3.0
+    assert errors[-1] < 1e-8
+
+
+def test_rebuilding_follows_the_curve_to_second_order(refined):
+    """Against (5.46) integrated to round-off for the same Ω(s)."""
+    turns, runs = refined
+    errors = []
+    for nodes, rods in runs.items():
+        x = np.linspace(-1, 1, nodes)
+        found = [0.0, 0.0]
+        for b, half in enumerate(LENGTH / 2):
+            geodesic = Chebyshev(turns[b].coef, domain=[-half, half])
+            curve = trace(TWINS["torus"], geodesic, *start_frame("torus", b), half * x)
+            ours = twin_state(rods, b)
+            errors_of = (ours.position - curve[0], ours.rotation[:, :, 0] - curve[1])
+            found = [max(worst, np.abs(e).max()) for worst, e in zip(found, errors_of, strict=True)]
+        errors.append(found)
+    assert order([nodes - 1 for nodes in runs], errors) == pytest.approx([2.0, 2.0], abs=0.2)

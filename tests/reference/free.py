@@ -1,0 +1,241 @@
+"""NumPy/SciPy twins of the free rod: the staggered Bishop-frame scheme, plainly written, batch by batch.
+
+Bending is complex, ``k = Ω[1] + i Ω[2]`` in the twist-free frame, arrays are ``[rod, node]``; an array at
+half nodes has one entry fewer. Equations: model.md §2.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+
+@dataclass
+class Parameters:
+    """One number a rod (or one for all), dimensionless, with the names of the ensemble."""
+
+    bend: float = 5e-3
+    twist: float = 1e-3
+    moment: float = 0.0
+    drag_ratio: float = 2.0
+    rotational_drag: float = 3e-3
+    relaxation: float = 1e-2
+    diffusion: float = 1e-3
+
+
+@dataclass
+class Shape:
+    """The strains and the flagellar field: all that the shape equations evolve."""
+
+    bending: np.ndarray
+    twist: np.ndarray
+    activity: np.ndarray
+
+    def fields(self):
+        return self.bending, self.twist, self.activity
+
+    def combined(self, weight, other, other_weight):
+        return Shape(*(weight * a + other_weight * b for a, b in zip(self.fields(), other.fields(), strict=True)))
+
+
+def middle(x):
+    """Values at half nodes."""
+    return (x[:, 1:] + x[:, :-1]) / 2
+
+
+def slope(x, h):
+    """Difference quotient: from nodes to half nodes, or from half nodes to interior nodes."""
+    return np.diff(x, axis=1) / h
+
+
+def odd_slope(x, h):
+    """From half nodes to all nodes, x extended oddly beyond the ends."""
+    return slope(np.concatenate([-x[:, :1], x, -x[:, -1:]], axis=1), h)
+
+
+def even_mean(x):
+    """From half nodes to all nodes, x extended evenly beyond the ends."""
+    return middle(np.concatenate([x[:, :1], x, x[:, -1:]], axis=1))
+
+
+def pinned(interior):
+    """Interior values with zeros at both ends."""
+    return np.pad(interior, ((0, 0), (1, 1)))
+
+
+def solve_rows(bands, right):
+    """Each rod's banded system; ``bands[offset]`` is ``[rod, row]``, the entry at column row + offset."""
+    reach = max(bands)
+    result = np.empty_like(right)
+    for rod in range(len(right)):
+        n = right.shape[1]
+        stored = np.zeros((2 * reach + 1, n))
+        for offset, band in bands.items():
+            rows = np.arange(max(0, -offset), n - max(0, offset))
+            stored[reach - offset, rows + offset] = band[rod, rows]
+        result[rod] = solve_banded((reach, reach), stored, right[rod])
+    return result
+
+
+@dataclass
+class Rates:
+    """What the balance of forces and moments gives for one shape; see ``evaluate``."""
+
+    tension: np.ndarray  # nodes
+    axial: np.ndarray  # u0, half nodes
+    transverse: np.ndarray  # u⊥, nodes, complex
+    spin: np.ndarray  # ω⊥, half nodes, complex
+    bishop_spin: np.ndarray  # ω0 of the Bishop frame, nodes, 0 at the midpoint
+    roll: np.ndarray  # ω0 of the material, half nodes
+    bending: np.ndarray  # dk/dt, nodes
+    twist: np.ndarray  # dτ/dt, nodes
+    activity: np.ndarray  # df/dt, nodes
+
+
+def internal_force(bending, twist, p, h):
+    """Λ⊥ = i b k' + c τ k at half nodes."""
+    return 1j * p.bend * slope(bending, h) + p.twist * middle(twist) * middle(bending)
+
+
+def transverse_velocity(bending, twist, tension, p, h, force):
+    """u⊥ at nodes from η u⊥ = Λ⊥' − i λ k + f_ext⊥."""
+    pull = odd_slope(internal_force(bending, twist, p, h), h)
+    return (pull - 1j * tension * bending + force[1]) / p.drag_ratio
+
+
+def solve_tension(shape, p, h, force):
+    """λ from (∂s u + Ω×u)·e0 = 0: λ'' − |k|²λ/η = −(b/2)(|k|²)'' − f' − Im(k̄ (Λ⊥' + f⊥))/η − f0'."""
+    k = shape.bending
+    loose = transverse_velocity(k, shape.twist, 0.0, p, h, force)
+    push = p.bend / 2 * slope(np.abs(k) ** 2, h) + middle(shape.activity + force[0])
+    right = -slope(push, h) - (k.conj() * loose).imag[:, 1:-1]
+    diagonal = -2 / h**2 - np.abs(k[:, 1:-1]) ** 2 / p.drag_ratio
+    beside = np.full_like(diagonal, 1 / h**2)
+    return pinned(solve_rows({-1: beside, 0: diagonal, 1: beside}, right))
+
+
+def spin_of(transverse, axial, bending, h):
+    """ω⊥ = i u⊥' + u0 k at half nodes."""
+    return 1j * slope(transverse, h) + axial * middle(bending)
+
+
+def axial_velocity(shape, tension, p, h, force):
+    """u0 = λ' + (b/2)(|k|²)' + f + f_ext0 at half nodes."""
+    return slope(tension, h) + p.bend / 2 * slope(np.abs(shape.bending) ** 2, h) + middle(shape.activity + force[0])
+
+
+def winding(bending, spin):
+    """Im(k̄ ω⊥) at half nodes: the rate at which bending motion makes twist."""
+    return (middle(bending).conj() * spin).imag
+
+
+def from_midpoint(density, h):
+    """Integral of half-node values from the middle node to every node."""
+    total = np.pad(np.cumsum(density, axis=1), ((0, 0), (1, 0))) * h
+    return total - total[:, total.shape[1] // 2, None]
+
+
+def evaluate(shape, p, h, force=(0.0, 0.0)):
+    """Tension, velocities and the time derivative of a shape; force is (f_ext0, f_ext⊥), Bishop frame."""
+    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
+    k = shape.bending
+    tension = solve_tension(shape, p, h, force)
+    axial = axial_velocity(shape, tension, p, h, force)
+    transverse = transverse_velocity(k, shape.twist, tension, p, h, force)
+    spin = spin_of(transverse, axial, k, h)
+    wound = winding(k, spin)
+    bishop_spin = -from_midpoint(wound, h)
+    roll = (p.twist * slope(shape.twist, h) + p.moment * middle(shape.activity)) / p.rotational_drag
+    f = shape.activity
+    spread = p.diffusion * odd_slope(slope(f, h), h)
+    return Rates(
+        tension,
+        axial,
+        transverse,
+        spin,
+        bishop_spin,
+        roll,
+        bending=pinned(slope(spin, h)) - 1j * bishop_spin * k,
+        twist=pinned(slope(roll, h) + middle(wound)),
+        activity=((1 - f**2) * even_mean(axial) + spread) / p.relaxation,
+    )
+
+
+def bending_matrix(tension, axial, p, h, rate):
+    """Bands over the interior nodes of rate − L, L = −(b/η)∂⁴ + (1/η)∂²(λ ·) + ∂(u0 ·)."""
+    stiff = p.bend / p.drag_ratio / h**4
+    pull = tension / (p.drag_ratio * h**2)
+    push = axial / (2 * h)
+    ones = np.ones_like(tension[:, 1:-1])
+    centre = 6 * ones
+    centre[:, [0, -1]] = 7
+    return {
+        -2: stiff * ones,
+        -1: -4 * stiff * ones - pull[:, :-2] + push[:, :-1],
+        0: rate + stiff * centre + 2 * pull[:, 1:-1] - (push[:, 1:] - push[:, :-1]),
+        1: -4 * stiff * ones - pull[:, 2:] - push[:, 1:],
+        2: stiff * ones,
+    }
+
+
+def step(shape, previous, p, h, dt, ratio=1.0, force=(0.0, 0.0)):
+    """One step of SBDF2 in delta form; ratio = this step over the one before, 0 for IMEX Euler."""
+    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
+    rate = (1 + 2 * ratio) / ((1 + ratio) * dt)
+    star = shape.combined(1 + ratio, previous, -ratio)
+    past = shape.combined((1 + ratio) / dt, previous, -(ratio**2) / ((1 + ratio) * dt))
+    now = evaluate(star, p, h, force)
+
+    defect = (past.bending - rate * star.bending + now.bending)[:, 1:-1]
+    bands = bending_matrix(now.tension, now.axial, p, h, rate)
+    bending = star.bending + pinned(solve_rows(bands, defect.real) + 1j * solve_rows(bands, defect.imag))
+
+    ends = np.zeros_like(star.activity)
+    ends[:, [0, -1]] = 1
+    spread = p.diffusion / h**2
+    flow = even_mean(now.axial)
+    activity = solve_rows(
+        {
+            -1: -spread * (1 + ends),
+            0: p.relaxation * rate + star.activity * flow + 2 * spread,
+            1: -spread * (1 + ends),
+        },
+        p.relaxation * past.activity + flow,
+    )
+
+    transverse = transverse_velocity(bending, star.twist, now.tension, p, h, force)
+    wound = winding(bending, spin_of(transverse, now.axial, bending, h))
+    drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(wound)
+    soft = np.full_like(drive, p.twist / p.rotational_drag / h**2)
+    twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, past.twist[:, 1:-1] + drive))
+    return Shape(bending, twist, activity), now
+
+
+def energy(shape, p, h):
+    """E = ½ ∫ b|k|² + c τ² ds."""
+    return h / 2 * np.sum(p.bend * np.abs(shape.bending) ** 2 + p.twist * shape.twist**2, axis=1)
+
+
+def energy_rate(shape, rates, p, h):
+    """dE/dt along the rates."""
+    bend = p.bend * (shape.bending.conj() * rates.bending).real
+    return h * np.sum(bend + p.twist * shape.twist * rates.twist, axis=1)
+
+
+def trapezoid(values, h):
+    """Integral over a rod of values at nodes."""
+    return h * (values.sum(axis=1) - (values[:, 0] + values[:, -1]) / 2)
+
+
+def dissipation(rates, p, h):
+    """∫ u0² + η|u⊥|² + ηr ω0² ds."""
+    at_half = h * np.sum(rates.axial**2 + p.rotational_drag * rates.roll**2, axis=1)
+    return at_half + trapezoid(p.drag_ratio * np.abs(rates.transverse) ** 2, h)
+
+
+def power(shape, rates, p, h, force=(0.0, 0.0)):
+    """∫ f u0 + M f ω0 + f_ext·u ds: what the flagella and the external force put in."""
+    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
+    pushed = (middle(shape.activity + force[0]) * rates.axial).sum(axis=1)
+    turned = (p.moment * middle(shape.activity) * rates.roll).sum(axis=1)
+    return h * (pushed + turned) + trapezoid((force[1].conj() * rates.transverse).real, h)

@@ -1,0 +1,111 @@
+"""The forces (5.41), (5.42) and end conditions (D.59)-(D.61) are minus the gradient of the energy.
+
+Formulas of the twin, which the kernels agree with to round-off, on curves resolved to round-off: a motion in the
+surface that keeps arc length, any u2(s) and u1' = Ω u2, changes the energy by −∫(F1 u1 + F2 u2) ds and what the ends
+add (D.58). The motion moves the middle frame and changes Ω by (D.27), so that kinematics is tested with it.
+"""
+
+import numpy as np
+import pytest
+from examples.bound import INTRINSIC, LENGTH, STIFFNESS, TWINS, start_frame, trace, wave
+from numpy.polynomial import Chebyshev, chebyshev
+from reference import bound as twin
+
+POINTS = 41
+X = chebyshev.chebpts2(POINTS)
+MIDDLE = POINTS // 2
+VALUES = chebyshev.chebvander(X, POINTS)
+STEP = 3e-4
+ACCURACY = 1e-9
+"""Of differences of fourth order of the energies of curves known to 1e-13."""
+
+
+def coefficients(values):
+    """Chebyshev coefficients of values at the points X [point, ...]."""
+    return np.linalg.solve(VALUES[:, :-1], values)
+
+
+def derivative(values, half):
+    """d/ds on a rod of length 2 half."""
+    return VALUES[:, : POINTS - 1] @ chebyshev.chebder(coefficients(values)) / half
+
+
+def antiderivative(values, half):
+    """∫ from the start."""
+    return VALUES @ chebyshev.chebint(coefficients(values), lbnd=-1) * half
+
+
+def random_points(rng):
+    return wave(rng)(X)
+
+
+def parameters(rod):
+    """The twin's rod; it has no spacing here."""
+    return twin.Rod(None, np.nan, STIFFNESS[rod], INTRINSIC[rod], np.full(3, np.nan))
+
+
+class Curve:
+    """A filament by Ω at the points X and the frame of its middle."""
+
+    def __init__(self, kind, rod, geodesic, r, q):
+        self.half, self.geodesic = LENGTH[rod] / 2, geodesic
+        turn, surface = Chebyshev(coefficients(geodesic)), TWINS[kind]
+        self.position, self.tangent = trace(surface, lambda s: turn(s / self.half), r, q, self.half * X)
+        self.K = surface.curvature(self.position, self.tangent)
+        self.moment = twin.moments(parameters(rod), self.K, geodesic)
+        density = self.moment**2 / STIFFNESS[rod] / 2
+        self.energy = antiderivative(density.sum(-1), self.half)[-1]
+
+
+def motion(curve, rng):
+    """u1, u2, ω3 and ∂Ω/∂t at the points for a random u2: (D.24), (D.25), (D.27)."""
+    u2 = random_points(rng)
+    u1 = rng.normal() + antiderivative(curve.geodesic * u2, curve.half)
+    slope = derivative(u2, curve.half)
+    turning = slope + curve.geodesic * u1
+    bend = derivative(slope, curve.half) + (curve.geodesic**2 + twin.gaussian(curve.K)) * u2
+    return u1, u2, turning, bend + derivative(curve.geodesic, curve.half) * u1
+
+
+def moved(kind, rod, curve, velocities, t):
+    """The curve after it has moved for a time t."""
+    u1, u2, turning, rate = velocities
+    surface, r, q = TWINS[kind], curve.position[MIDDLE], curve.tangent[MIDDLE]
+    n = surface.normal(r)
+    q1 = np.cross(n, q)
+    nod = -curve.K[MIDDLE, 0] * u1[MIDDLE] - curve.K[MIDDLE, 1] * u2[MIDDLE]
+    x = r + t * (u1[MIDDLE] * q + u2[MIDDLE] * q1)
+    for _ in range(4):
+        x = surface.newton(x)
+    tangent = surface.frame(x, q + t * (turning[MIDDLE] * q1 - nod * n))[:, 0]
+    return Curve(kind, rod, curve.geodesic + t * rate, x, tangent)
+
+
+def energy_rate(kind, rod, curve, velocities):
+    """dE/dt by differences of fourth order."""
+    E = [moved(kind, rod, curve, velocities, k * STEP).energy for k in (-2, -1, 1, 2)]
+    return (E[0] - 8 * E[1] + 8 * E[2] - E[3]) / (12 * STEP)
+
+
+def virtual_power(curve, velocities, tension):
+    """−∫(F1 u1 + F2 u2) ds and the ends' (D.58); any λ(s) must do, for it does no work."""
+    u1, u2, turning, _rate = velocities
+    K, m, geodesic, half = curve.K, curve.moment, curve.geodesic, curve.half
+    dm = derivative(m, half)
+    dshear = derivative(twin.shear(K, m), half)
+    F1 = derivative(tension, half) + twin.tangential_load(twin.strain(K, geodesic), dm, 0.0)
+    F2 = geodesic * tension + twin.transverse_load(K, geodesic, m, dm, derivative(dm[:, 2], half), dshear, 0.0)
+    at_ends = (tension - twin.end_tension(K, m)) * u1 - (dm[:, 2] - twin.end_slope(K, m)) * u2 + m[:, 2] * turning
+    return at_ends[-1] - at_ends[0] - antiderivative(F1 * u1 + F2 * u2, half)[-1]
+
+
+@pytest.mark.parametrize("kind", TWINS)
+@pytest.mark.parametrize("rod", range(len(LENGTH)))
+def test_forces_are_minus_the_energy_gradient(kind, rod):
+    rng = np.random.default_rng(11 + rod)
+    curve = Curve(kind, rod, random_points(rng), *start_frame(kind, rod))
+    for _ in range(2):
+        velocities = motion(curve, rng)
+        found = energy_rate(kind, rod, curve, velocities)
+        assert abs(found) > 0.1
+        assert virtual_power(curve, velocities, random_points(rng)) == pytest.approx(found, rel=ACCURACY)

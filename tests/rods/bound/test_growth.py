@@ -1,0 +1,179 @@
+"""Clamped ends and growth (model §3): exact answers, power balance, orders, remeshing."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from warp_rods.errors import SceneError
+from warp_rods.membranes import surfaces
+from warp_rods.rods.bound import growth
+from warp_rods.rods.bound.rods import BoundRods
+
+ORDER = pytest.approx(2.0, abs=0.2)
+CLAMPED = {"at": "start", "ends": ("clamped", "free")}
+TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
+EVERYTHING = {"stiffness": (1.0, 1.2, 0.8), "intrinsic": (0.7, 1.0, 0.3), "drag": (1.0, 2.0, 0.3)}
+
+
+def on_torus(nodes: int, device: str = "cpu", **changes) -> BoundRods:
+    """A filament from a nucleation site on the torus, every coefficient at work, smooth at its free end."""
+    x = np.linspace(0, 1, nodes)
+    turn = EVERYTHING["intrinsic"][2] + (1 - x) ** 4 * (1 + 4 * x)
+    settings = {"length": 0.6, **CLAMPED, **EVERYTHING, **changes}
+    return BoundRods(
+        TORUS, [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, geodesic_curvature=turn, device=device, **settings
+    )
+
+
+def cantilever(nodes: int) -> tuple[float, np.ndarray]:
+    """First root of cos x cosh x = −1 and the curvature of its mode, clamped at the first node."""
+    x = brentq(lambda x: np.cos(x) * np.cosh(x) + 1, 1.5, 2.5)
+    s = x * np.linspace(0, 1, nodes)
+    ratio = (np.sinh(x) - np.sin(x)) / (np.cosh(x) + np.cos(x))
+    return x, np.cosh(s) + np.cos(s) - ratio * (np.sinh(s) + np.sin(s))
+
+
+@pytest.mark.parametrize("ends", [("clamped", "free"), ("free", "clamped")])
+def test_a_cantilever_on_the_plane_decays_as_a_beam_does(device, ends):
+    root, mode = cantilever(65)
+    turn = 1e-4 * (mode if ends[0] == "clamped" else mode[::-1])
+    rods = BoundRods(
+        surfaces.make("plane", {}), [[0, 0, 0]], [[1, 0, 0]], nodes=65, at="start", ends=ends, geodesic_curvature=turn,
+        device=device,
+    )  # fmt: skip
+    rate = root**4 / 2.0
+    rods.step(1e-3 / rate, 500)
+    first = rods.strain[0, :, 2]
+    rods.step(1e-3 / rate, 1000)
+    fastest = np.abs(first).argmax()
+    assert np.log(first[fastest] / rods.strain[0, fastest, 2]) == pytest.approx(1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("ends", "node"), [(("clamped", "free"), 0), (("free", "clamped"), -1)])
+def test_a_clamped_end_stays_to_the_bit(ends, node):
+    rods = on_torus(33, ends=ends)
+    where, frame = rods.position[0, node], rods.rotation[0, node]
+    rods.step(1e-3, 200)
+    np.testing.assert_array_equal(rods.position[0, node], where)
+    np.testing.assert_array_equal(rods.rotation[0, node], frame)
+
+
+def test_both_ends_clamped_stay_ever_better_with_the_step():
+    """The far clamp is held through the velocities: it drifts, ever less with Δt, and by less than the rod bends."""
+    drifts = []
+    for step in (4e-4, 1e-4):
+        rods = on_torus(65, ends=("clamped", "clamped"))
+        start = rods.position[0]
+        rods.force = np.array([0.0, 0.0, 5.0])
+        rods.step(step, round(0.1 / step))
+        moved = np.linalg.norm(rods.position[0] - start, axis=-1)
+        drifts.append(moved[-1])
+    assert drifts[0] / drifts[1] > 3
+    assert drifts[1] < 5e-5 and moved.max() > 10 * drifts[1]
+
+
+def balance(nodes: int, **changes) -> float:
+    """|dE/dt + D − dL/dt e(tip)|/D at t = 0.1 by central differences."""
+    rods, dt = on_torus(nodes, **changes), 1e-4
+    rods.step(dt, 1000)
+    seen = []
+    for _ in range(3):
+        seen.append({k: v[0] for k, v in rods.variables().items() if k in ("energy", "dissipation", "growth_power")})
+        rods.step(dt)
+    slope = (seen[2]["energy"] - seen[0]["energy"]) / (2 * dt)
+    return abs(slope + seen[1]["dissipation"] - seen[1]["growth_power"]) / seen[1]["dissipation"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"ends": ("free", "clamped"), "at": "start"}, {"growth": {"rate": 2.0, "until": 2.4}}],
+    ids=["clamped", "clamped and growing"],
+)
+def test_power_balances_to_second_order(changes):
+    residuals = [balance(nodes, **changes) for nodes in (17, 33, 65)]
+    assert residuals[0] / residuals[1] > 3.4 and residuals[1] / residuals[2] > 3.4
+
+
+def test_growth_is_second_order_in_space_and_time(device):
+    grown = {"growth": {"rate": 2.0, "until": 2.4}, "device": device}
+
+    def orders(runs):
+        errors = [np.abs(a - b).max() for a, b in pairwise(runs)]
+        return np.polyfit(np.arange(len(errors)), -np.log2(errors), 1)[0]
+
+    lines = []
+    for nodes in (17, 33, 65, 129):
+        rods = on_torus(nodes, **grown)
+        rods.step(2e-4, 250)
+        lines.append(rods.position[0, :: (nodes - 1) // 16])
+    assert orders(lines) == ORDER
+    lines = []
+    for step in (4e-3, 2e-3, 1e-3, 5e-4):
+        rods = on_torus(33, **grown)
+        rods.step(1e-4, 400)
+        rods.step(step, round(0.16 / step))
+        lines.append(rods.strain[0, :, 2])
+    assert orders(lines) > 1.8
+
+
+def test_growth_to_four_times_the_length_remeshes_without_a_jump():
+    """Against a run with the finest nodes throughout; saved at the nodes that it began with."""
+    grown = {"rate": 1.5, "until": 2.4}
+    rods, fine = on_torus(17, growth={**grown, "spacing": 0.04}), on_torus(65, growth=grown)
+    energies, sizes = [], []
+    for _ in range(65):
+        rods.step(2e-3, 10)
+        fine.step(2e-3, 10)
+        energies.append((rods.variables()["energy"][0], fine.variables()["energy"][0]))
+        sizes.append(rods.nodes)
+    assert sorted(set(sizes)) == [17, 33, 65]
+    assert rods.variables()["position"].shape == (1, 17, 3)
+    assert rods.variables()["length"][0] == pytest.approx(2.4)
+    mine, theirs = np.array(energies).T
+    np.testing.assert_allclose(mine, theirs, rtol=3e-3)
+    np.testing.assert_allclose(rods.variables()["position"][0], fine.position[0, ::4], atol=2e-4)
+
+
+def test_a_refined_state_restores_to_the_same_bits():
+    grown = {"rate": 1.5, "until": 2.4, "spacing": 0.06}
+    rods = on_torus(17, growth=grown)
+    rods.step(2e-3, 200)
+    assert rods.nodes == 33
+    state = rods.state()
+    rods.step(2e-3, 50)
+    other = on_torus(17, growth=grown)
+    other.restore(state)
+    other.step(2e-3, 50)
+    np.testing.assert_array_equal(other.position, rods.position)
+
+
+def test_growth_waits_stops_and_follows_a_table():
+    length = np.array([1.0, 2.0])
+    waiting = growth.knots({"rate": np.array([1.0, 2.0]), "until": 3.0, "start": 0.5}, length)
+    np.testing.assert_allclose(growth.length_at(waiting, 0.4), [1.0, 2.0])
+    np.testing.assert_allclose(growth.length_at(waiting, 0.75), [1.25, 2.5])
+    np.testing.assert_allclose(growth.rate_at(waiting, 0.75), [1.0, 2.0])
+    np.testing.assert_allclose(growth.length_at(waiting, 9.0), [3.0, 3.0])
+    np.testing.assert_allclose(growth.rate_at(waiting, 9.0), 0.0)
+    rods = on_torus(17, growth={"time": [0.0, 0.1, 0.2, 0.3], "length": [0.6, 0.6, 0.8, 0.8]})
+    seen = []
+    for _ in range(4):
+        rods.step(2e-3, 40)
+        seen.append(rods.variables()["length"][0])
+    np.testing.assert_allclose(seen, [0.6, 0.72, 0.8, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"rate": 1.0, "until": 0.5}, "until"),
+        ({"rate": -1.0, "until": 2.0}, "rate"),
+        ({"time": [0.0, 0.0], "length": [0.6, 1.0]}, "increasing"),
+        ({"time": [0.0, 1.0], "length": [0.5, 1.0]}, "begin with"),
+    ],
+)
+def test_growth_that_cannot_be_is_refused(table, said):
+    with pytest.raises(SceneError, match=said):
+        on_torus(17, growth=table)

@@ -1,0 +1,150 @@
+"""Active rods against answers in closed form: relaxation, growth, the energy law, gravity and shear."""
+
+import numpy as np
+import pytest
+import warp as wp
+from examples.free import in_space, passive, slope
+from scipy.spatial.transform import Rotation
+
+from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.modes import beam_root, coefficients
+from warp_rods.theory import stability
+
+TINY = 1e-6
+
+
+def arc(nodes):
+    return np.linspace(-0.5, 0.5, nodes)
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_beam_modes_relax_at_their_rates(device, mode):
+    """A weakly bent passive rod: a_k decays at (β/η) x_k⁴; second order in the spacing, 0.5 % at N = 64."""
+    exact = 5e-3 / 2 * beam_root(mode) ** 4
+    sizes, errors = np.array([32, 64, 128]), []
+    for size in sizes:
+        s = arc(size + 1)
+        rods = passive(device, int(size) + 1, shape={"kind": "mode", "mode": mode, "amplitude": TINY})
+        dt = 2e-4 / exact
+        rods.step(dt, 100)
+        early = coefficients(rods.strain[0, :, 2], s, mode + 1)[mode]
+        rods.step(dt, 1000)
+        late = coefficients(rods.strain[0, :, 2], s, mode + 1)[mode]
+        errors.append(abs(np.log(early / late) / (1000 * dt) / exact - 1))
+    assert errors[1] < 5e-3
+    assert slope(sizes, errors) == pytest.approx(2, abs=0.2)
+
+
+def test_twist_relaxes_at_its_rates(device):
+    """A straight passive rod: cos((2j+1)πs) decays at the rate of the three-point Laplacian, to round-off."""
+    s, h, stiffness = arc(65), 1 / 64, 1e-3 / 3e-3
+    for wave in (np.pi, 3 * np.pi):
+        strain = np.zeros((65, 3))
+        strain[:, 0] = 5 * np.cos(wave * s)
+        rods = passive(device, shape=strain)
+        laplacian = (2 * np.sin(wave * h / 2) / h) ** 2
+        np.testing.assert_allclose(
+            rods.rates()["twist_rate"][0, 1:-1], -stiffness * laplacian * strain[1:-1, 0], rtol=1e-10, atol=1e-9
+        )
+        dt = 1e-3 / (stiffness * wave**2)
+        rods.step(dt, 1000)
+        left = rods.strain[0, 32, 0] / 5
+        assert left == pytest.approx(np.exp(-1), rel=2e-3 * wave / np.pi)
+
+
+@pytest.mark.parametrize(("mode", "rank"), [(1, 0), (0, 1)])
+def test_small_bending_grows_at_the_linear_rate(device, mode, rank):
+    """Activity held, tiny bending: the fastest odd and even modes of (4.37) grow at their rates, 1 % at N = 128."""
+    bend, s = 2e-3, arc(129)
+    growth = stability.eigenvalues(bend, "tanh")[rank].real
+    shape = {"kind": "mode", "mode": mode, "amplitude": TINY / 100}
+    held = Flagella(diffusion=0.0, law="held")
+    rods = FreeRods(1, 129, bend=bend, twist=1e-3, shape=shape, flagella=held, device=device)
+    rods.step(1e-3, 1500)
+    early = coefficients(rods.strain[0, :, 2], s, 2)[mode]
+    rods.step(1e-3, 500)
+    late = coefficients(rods.strain[0, :, 2], s, 2)[mode]
+    assert np.log(late / early) / 0.5 == pytest.approx(growth, rel=1e-2)
+
+
+def test_energy_law_holds_to_round_off(device):
+    """dE/dt along the semi-discrete rates is power − dissipation, for any shape, activity and external force."""
+    rng = np.random.default_rng(3)
+    strain = rng.normal(size=(4, 65, 3)) * 5
+    rods = FreeRods(
+        4, 65, bend=[1e-4, 1e-3, 1e-3, 5e-3], twist=[1e-3, 1e-4, 1e-3, 1e-3], moment=[1e-2, 1e-2, -2e-2, 0],
+        shape=strain, flagella=Flagella(profile=rng.normal(size=(4, 65))), device=device,
+    )  # fmt: skip
+    rods.force = rng.normal(size=(4, 65, 3))
+    rates = rods.rates()
+    bend, twist = rods._values["bend"][:, None], rods._values["twist"][:, None]
+    bent = bend * (rates["bending"].conj() * rates["bending_rate"]).real
+    change = np.sum(bent + twist * rates["twist"] * rates["twist_rate"], axis=1) / 64
+    np.testing.assert_allclose(change, rods.power - rods.dissipation, rtol=0, atol=1e-12 * rods.dissipation.max())
+
+
+def test_energy_law_of_a_run_is_second_order(device):
+    steps, errors = np.array([50, 100, 200]), []
+    for count in steps:
+        rods, dt = in_space(device), 0.1 / count
+        rods.step(0.02 / count, 5)  # past the corner that the first, Euler step makes
+        rods.step(dt, 1)
+        energy, given = [], []
+        for _ in range(count):
+            energy.append(rods.energy[0])
+            given.append(rods.power[0] - rods.dissipation[0])
+            rods.step(dt)
+        errors.append(abs(np.trapezoid(given, dx=dt) - (energy[-1] - energy[0])))
+    assert slope(steps, errors) == pytest.approx(2, abs=0.2)
+
+
+def gravity(t, position, rotation):
+    return np.broadcast_to([0.0, 0.0, -0.3], position.shape)
+
+
+@wp.func
+def gravity_kernel(x: wp.vec3d, tangent: wp.vec3d, t: wp.float64):
+    return wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(-0.3))
+
+
+@pytest.mark.parametrize("external", [gravity, gravity_kernel])
+def test_a_straight_rod_sinks_sideways(device, external):
+    """Under a uniform force F a straight rod keeps its direction and moves at F∥ + F⊥/η."""
+    rotation = Rotation.from_rotvec([0.3, -0.7, 0.2]).as_matrix()
+    tangent = rotation[:, 0]
+    rods = passive(device, shape={"kind": "straight"}, rotation=rotation, external=external)
+    rods.step(1e-2, 100)
+    force = np.array([0.0, 0.0, -0.3])
+    along = tangent * (tangent @ force)
+    np.testing.assert_allclose(rods.position[0, 32], along + (force - along) / 2, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(rods.rotation[0, :, :, 0], np.broadcast_to(tangent, (65, 3)), rtol=0, atol=1e-12)
+
+
+@wp.func
+def shear_flow(x: wp.vec3d, tangent: wp.vec3d, t: wp.float64):
+    """Drag of the flow (y, 0, 0) on a rod of drag ratio 2."""
+    flow = wp.vec3d(x[1], wp.float64(0.0), wp.float64(0.0))
+    along = wp.dot(tangent, flow) * tangent
+    return wp.float64(2.0) * flow - along
+
+
+def shear_flow_numpy(t, position, rotation):
+    flow = position[..., 1:2] * np.array([1.0, 0.0, 0.0])
+    tangent = rotation[..., 0]
+    return 2 * flow - np.sum(tangent * flow, axis=-1, keepdims=True) * tangent
+
+
+def test_a_straight_rod_turns_in_shear(device):
+    """cot θ = cot θ₀ + γ̇ t for a thin rod in the plane of shear; second order in time, both kinds of force alike."""
+    steps, errors = np.array([25, 50, 100]), []
+    for count in steps:
+        rotation = Rotation.from_rotvec([0, 0, 2.0]).as_matrix()
+        rods = passive(device, shape={"kind": "straight"}, rotation=rotation, external=shear_flow)
+        rods.step(2 / count, count)
+        tangent = rods.rotation[0, 32, :, 0]
+        errors.append(abs(tangent[0] / tangent[1] - (1 / np.tan(2.0) + 2)))
+    assert slope(steps, errors) == pytest.approx(2, abs=0.2)
+    other = passive(device, shape={"kind": "straight"}, rotation=rotation, external=shear_flow_numpy)
+    other.step(2 / count, count)
+    np.testing.assert_allclose(other.position, rods.position, rtol=0, atol=1e-12)

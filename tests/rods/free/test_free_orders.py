@@ -1,0 +1,83 @@
+"""Active rods are second order in space and time, measured; and agree with another formulation solved otherwise."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from examples.free import MOMENT, SMOOTH, TWIST, in_space, planar, slope, start_in_space
+from reference import free as twin
+from reference.material import MaterialRod
+from scipy.spatial.transform import Rotation
+
+from warp_rods.rods.free.flagella import Flagella
+
+READINGS = ("position", "orientation", "strain", "activity", "tension")
+
+
+def successive(runs):
+    """Differences of neighbouring runs, reading by reading."""
+    return {name: [abs(b[name] - a[name]).max() for a, b in pairwise(runs)] for name in READINGS}
+
+
+@pytest.mark.parametrize("make", [planar, in_space])
+def test_second_order_in_time(device, make):
+    steps = np.array([100, 200, 400, 800])
+    runs = []
+    for count in steps:
+        rods = make(device, 33)
+        rods.step(0.2 / count, int(count))
+        runs.append(rods.variables())
+    for name, errors in successive(runs).items():
+        assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.2), name
+
+
+@pytest.mark.parametrize("make", [planar, in_space])
+def test_second_order_in_space(device, make):
+    sizes = np.array([32, 64, 128, 256])
+    runs = []
+    for size in sizes:
+        rods = make(device, int(size) + 1)
+        rods.step(5e-4, 200)
+        runs.append({name: values[:, :: size // 32] for name, values in rods.variables().items() if name in READINGS})
+    for name, errors in successive(runs).items():
+        assert slope(sizes[:-1], errors) == pytest.approx(2, abs=0.2), name
+
+
+def test_second_order_while_the_step_changes(device):
+    """Steps of Δt and Δt/2 in turn: the coefficients follow the ratio."""
+    pairs = np.array([50, 100, 200, 400])
+    runs = []
+    for count in pairs:
+        rods, dt = in_space(device, 33), 0.2 / count / 1.5
+        for _ in range(count):
+            rods.step(dt)
+            rods.step(dt / 2)
+        runs.append(rods.variables())
+    for name, errors in successive(runs).items():
+        assert slope(pairs[:-1], errors) == pytest.approx(2, abs=0.2), name
+
+
+def test_the_material_frame_gives_the_same_motion(device):
+    """A Galerkin solution in the material frame is what finer and finer rods converge to.
+
+    Diffusion of the flagella is stronger than usual, for layers that polynomials resolve.
+    """
+    end, s = 0.05, np.linspace(-0.5, 0.5, 65)
+    p = twin.Parameters(bend=1e-3, twist=TWIST, moment=MOMENT, diffusion=1e-2)
+    bending, twist, activity, R, r = MaterialRod(p, 22).run(start_in_space, end, s)
+    expected = {"bending": bending, "twist": twist, "activity": activity, "R": R, "r": r}
+    flagella = Flagella(profile=SMOOTH.profile, diffusion=1e-2)
+    sizes, errors = np.array([64, 128, 256]), []
+    for size in sizes:
+        rods = in_space(device, int(size) + 1, flagella=flagella)
+        rods.step(end / (8 * size), int(8 * size))
+        found, skip = rods.variables(), size // 64
+        strain, middle = found["strain"][0, ::skip], found["orientation"][0, size // 2]
+        found = {
+            "bending": strain[:, 1] + 1j * strain[:, 2], "twist": strain[:, 0],
+            "activity": found["activity"][0, ::skip], "R": Rotation.from_quat(middle).as_matrix(),
+            "r": found["position"][0, size // 2],
+        }  # fmt: skip
+        errors.append({name: abs(found[name] - expected[name]).max() for name in expected})
+    for name in expected:
+        assert slope(sizes, [e[name] for e in errors]) == pytest.approx(2, abs=0.2), name

@@ -1,0 +1,153 @@
+"""Active rods: the kernels against their NumPy twin, and what an ensemble promises about its rods."""
+
+import numpy as np
+import pytest
+from examples.free import in_space
+from reference import free as twin
+
+from warp_rods.errors import SceneError
+from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.rods import FreeRods
+
+H = 1 / 64
+STEP = 1e-3
+
+
+def random_ensemble(device, count=3):
+    """Rods with different values of every parameter, and rough shapes."""
+    rng = np.random.default_rng(1)
+    s = np.linspace(-0.5, 0.5, 65)
+    strain = rng.normal(size=(count, 65, 3)) + 4 * np.cos(3 * s)[:, None]
+    parameters = {
+        name: rng.uniform(*range_, size=count)
+        for name, range_ in {
+            "bend": (5e-4, 2e-3), "twist": (5e-4, 2e-3), "moment": (-1e-2, 1e-2), "drag_ratio": (1.5, 2.5),
+            "rotational_drag": (2e-3, 8e-3), "relaxation": (1e-2, 2e-2), "diffusion": (5e-4, 2e-3),
+        }.items()
+    }  # fmt: skip
+    rest = dict(parameters)
+    flagella = Flagella(rest.pop("relaxation"), rest.pop("diffusion"))
+    strain *= (1 - 4 * s**2)[:, None] ** 2
+    rods = FreeRods(count, **rest, flagella=flagella, shape=strain, device=device)
+    return rods, twin.Parameters(**{name: values[:, None] for name, values in parameters.items()})
+
+
+def body_force(force, rotation):
+    """The twin's (f_ext0, f_ext⊥) of a force in space."""
+    body = np.einsum("rnij,rni->rnj", rotation, force)
+    return body[..., 0], body[..., 1] + 1j * body[..., 2]
+
+
+def shape_of(rates):
+    return twin.Shape(rates["bending"], rates["twist"], rates["activity"])
+
+
+def test_rates_are_the_twins(device):
+    rods, p = random_ensemble(device)
+    rods.force = np.random.default_rng(2).normal(size=(3, 65, 3))
+    found = rods.rates()
+    expected = twin.evaluate(shape_of(found), p, H, body_force(rods.force, rods.rotation))
+    for name in ("tension", "axial", "transverse", "spin"):
+        np.testing.assert_allclose(found[name], getattr(expected, name), rtol=0, atol=2e-9, err_msg=name)
+    for name in ("bending", "twist", "activity"):
+        rate = getattr(expected, name)
+        np.testing.assert_allclose(found[f"{name}_rate"], rate, rtol=0, atol=1e-10 * abs(rate).max(), err_msg=name)
+
+
+def test_steps_are_the_twins(device):
+    """Twenty steps of three lengths, so that the ratio of steps is 0, 1, 2 and 1/2 on the way."""
+    rods, p = random_ensemble(device)
+    shape = shape_of(rods.rates())
+    before, last = shape, 0.0
+    for dt, steps in ((STEP, 8), (2 * STEP, 6), (STEP, 6)):
+        rods.step(dt, steps)
+        for _ in range(steps):
+            after, _ = twin.step(shape, before, p, H, dt, dt / last if last else 0.0)
+            before, shape, last = shape, after, dt
+    found = rods.rates()
+    for name in ("bending", "twist", "activity"):
+        np.testing.assert_allclose(found[name], getattr(shape, name), rtol=0, atol=1e-10, err_msg=name)
+
+
+def test_a_rod_of_a_batch_goes_as_if_alone(device):
+    bend = [8e-4, 1e-3, 2e-3]
+    together = in_space(device, count=3, bend=bend)
+    together.step(STEP, 50)
+    for rod, value in enumerate(bend):
+        alone = in_space(device, bend=value)
+        alone.step(STEP, 50)
+        np.testing.assert_array_equal(alone.position[0], together.position[rod])
+
+
+@pytest.mark.parametrize("forced", [False, True])
+def test_restart_gives_the_same_bits(device, forced):
+    def external(t, position, rotation):
+        return 0.1 * position + t
+
+    options = {"external": external} if forced else {}
+    rods, other = in_space(device, **options), in_space(device, **options)
+    rods.step(STEP, 30)
+    kept = rods.state()
+    rods.step(STEP, 30)
+    other.restore(kept)
+    other.step(STEP, 30)
+    for name, values in rods.variables().items():
+        np.testing.assert_array_equal(values, other.variables()[name], err_msg=name)
+    assert other.time == rods.time
+
+
+def test_a_failing_rod_is_frozen_and_the_others_go_on(device):
+    strain = in_space(device).strain
+    shapes = np.concatenate([strain, strain, strain])
+    rods, fine = in_space(device, count=3, shape=shapes), in_space(device)
+    force = np.zeros((3, 65, 3))
+    rods.force = force
+    rods.step(STEP, 10)
+    frozen = rods.position[1]
+    force[1, 20] = np.nan
+    rods.force = force
+    rods.step(STEP, 10)
+    fine.step(STEP, 20)
+    assert rods.status.tolist() == [0, 1, 0]
+    [(rod, time, what)] = rods.failures()
+    assert (rod, what) == (1, "became non-finite")
+    assert time == pytest.approx(10 * STEP)
+    np.testing.assert_array_equal(rods.position[1], frozen)
+    np.testing.assert_allclose(rods.position[2], fine.position[0], rtol=0, atol=1e-12)
+    assert rods.parameters(1)["bend"] == 1e-3
+
+
+def test_a_rod_stepped_too_far_is_stopped_before_its_numbers_mean_nothing(device):
+    shape = {"kind": "writhe", "amplitude": 6.0}
+    rods = FreeRods(2, bend=[8e-5, 5e-3], twist=1e-5, moment=[1.35e-2, 0.0], shape=shape, device=device)
+    rods.step(5e-3, 1000)
+    assert rods.status.tolist() == [2, 0]
+    assert abs(rods.strain[..., 1:]).max() < np.pi / H
+    assert np.isfinite(rods.position).all()
+
+
+def test_readings_do_not_change_with_the_rods(device):
+    rods = in_space(device)
+    before = rods.variables()
+    kept = {name: values.copy() for name, values in before.items()}
+    rods.step(STEP, 5)
+    for name, values in before.items():
+        np.testing.assert_array_equal(values, kept[name], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        ({"nodes": 64}, "nodes = 64"),
+        ({"nodes": 15}, "nodes = 15"),
+        ({"bend": -1.0}, "bend = -1"),
+        ({"bend": [1e-3, 1e-3]}, "bend"),
+        ({"twist": np.nan}, "twist = nan"),
+        ({"flagella": {"diffusion": -1e-3}}, "diffusion"),
+        ({"symmetric": True, "external": lambda t, x, R: 0 * x}, "symmetric"),
+    ],
+)
+def test_nonsense_is_named(wrong, named):
+    given = {"count": 3, "nodes": 65, "bend": 1e-3, "twist": 1e-3, **wrong}
+    with pytest.raises(SceneError, match=named):
+        FreeRods(given.pop("count"), given.pop("nodes"), **given)

@@ -1,0 +1,79 @@
+"""The scenes of this repository: each one runs, and the ensembles do what the model says of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from warp_rods.analysis.crossings import crossings
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import runner
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+
+def shortened(name: str, end: float, save_every: float) -> Scene:
+    scene = Scene.load(SCENES / name)
+    return scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "save_every": save_every})})
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda p: p.stem)
+def test_scene_runs(path, tmp_path):
+    run = runner.run(shortened(path.name, 0.02, 0.01), tmp_path / "run", device="cpu")
+    assert not run.lost
+    for group in run.data.children.values():
+        assert group.sizes["frame"] == 3
+        assert np.isfinite(group["position"]).all()
+
+
+def closest_approach(position: np.ndarray) -> float:
+    """Least distance between different rods [rod, node, 3], looked at four times on each segment."""
+    t = np.linspace(0, 1, 4, endpoint=False)[:, None]
+    points = position[:, :-1, None] * (1 - t) + position[:, 1:, None] * t
+    tree = cKDTree(points.reshape(-1, 3))
+    pairs = tree.query_pairs(0.03, output_type="ndarray")
+    apart = pairs // (points.shape[1] * points.shape[2])
+    pairs = pairs[apart[:, 0] != apart[:, 1]]
+    return float(np.linalg.norm(tree.data[pairs[:, 0]] - tree.data[pairs[:, 1]], axis=1).min(initial=0.03))
+
+
+def test_convex_sensors_find_the_bulbs(tmp_path):
+    """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
+    data = runner.run(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
+    assert float(data.gauss[0].mean()) == pytest.approx(1.3, abs=0.2)
+    assert float(data.gauss[-1].mean()) == pytest.approx(2.0, abs=0.1)
+    assert (data.gauss[-1] > 0).all()
+    assert (data.status == 0).all()
+    assert float(data.constraint.max()) < 1e-9
+    assert float(data.orthogonality.max()) < 1e-15
+    assert float(data.arc_length.max()) < 1e-9
+    total = (data.energy + data.steric_energy).sum("rod")
+    assert (total.diff("frame") < 1e-6 * total[0]).all()
+    assert min(closest_approach(frame) for frame in data.position.to_numpy()) > 0.3 * 0.03  # of the core: none crosses
+
+
+def test_concave_sensors_find_the_neck(tmp_path):
+    data = runner.run(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
+    assert (data["sensors"]["gauss"][-1] < 0).all()
+
+
+def test_twist_picks_the_hand_of_a_helix(tmp_path):
+    data = runner.run(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
+    right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
+    assert (right > 0.1).all() and (left < -0.1).all()
+
+
+@pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
+def test_only_without_sterics_a_soft_cell_passes_through_itself(name, passes, tmp_path):
+    data = runner.run(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
+    assert bool(crossings(data).crossings.sum() > 0) == passes
+    assert (data.steric_energy.max() > 5e-4) != passes
+
+
+def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
+    data = runner.run(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
+    radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)
+    assert radius.max() < 1.5  # the wall pushes from 0.05 before it; a swimmer cannot press as hard as it does there
+    assert np.median(radius[-1]) > 1.3
+    assert (data["wall_energy"][-1] > 0).sum() > 40

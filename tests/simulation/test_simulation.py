@@ -1,0 +1,251 @@
+"""From a scene to a trajectory: determinism, restart, frames, interaction, what is refused."""
+
+import numpy as np
+import pytest
+
+from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import runner
+from warp_rods.simulation.loop import Frames, Simulation
+from warp_rods.simulation.trajectory import open_run
+
+SCENE = {
+    "title": "two kinds of sensors",
+    "seed": 3,
+    "surface": {"kind": "cassini", "a": 1.0, "b": 1.1},
+    "filaments": [
+        {"name": "convex", "count": 4, "nodes": 17, "length": 0.5, "stiffness": [1, 1, 1],
+         "intrinsic": [0, 1.5, 0], "drag": [1, 2, 0.1]},
+        {"name": "saddle", "count": 3, "nodes": 21, "length": [0.3, 0.4, 0.5], "stiffness": [1, 1, 1],
+         "intrinsic": [0, -1.2, 0], "drag": [1, 2, 0.1]},
+    ],
+    "steric": {"strength": 1e-3, "range": 0.02, "core": 0.03},
+    "time": {"end": 0.05, "save_every": 0.01, "step": 5e-4},
+}  # fmt: skip
+
+
+def scene(**changes) -> Scene:
+    return Scene.parse({**SCENE, **changes})
+
+
+def positions(simulation: Simulation) -> list[np.ndarray]:
+    return [values["position"] for values in simulation.variables().values()]
+
+
+def finish(simulation: Simulation) -> Simulation:
+    while simulation.frame < len(simulation.frames.times) - 1:
+        for _ in simulation.to_next_frame():
+            pass
+    return simulation
+
+
+def test_frames_end_where_the_scene_ends():
+    frames = Frames.plan(end=1.0, every=0.3, step=0.07)
+    np.testing.assert_allclose(frames.times, [0, 0.3, 0.6, 0.9, 1.0])
+    assert frames.steps.tolist() == [0, 5, 5, 5, 2]
+    assert Frames.plan(end=1.0, every=0.1, step=0.1).steps.tolist() == [0] + [1] * 10
+
+
+def test_same_scene_same_bits(device):
+    first, second = (finish(Simulation(scene(), device)) for _ in range(2))
+    for a, b in zip(positions(first), positions(second), strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_another_seed_is_another_start():
+    a, b = Simulation(scene()), Simulation(scene(seed=4))
+    assert np.abs(positions(a)[0] - positions(b)[0]).max() > 0.1
+
+
+def test_warming_up_changes_nothing():
+    cold, warm = Simulation(scene()), Simulation(scene())
+    warm.warm_up()
+    for a, b in zip(positions(finish(cold)), positions(finish(warm)), strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_groups_push_each_other_and_lose_energy():
+    simulation = Simulation(scene(steric={"strength": 1e-2, "range": 0.3, "core": 0.1}))
+    assert all((v["steric_energy"] > 0).all() for v in simulation.variables().values())
+    totals = []
+    while simulation.frame < 5:
+        values = simulation.variables().values()
+        totals.append(sum((v["energy"] + v["steric_energy"]).sum() for v in values))
+        for _ in simulation.to_next_frame():
+            pass
+    assert (np.diff(totals) < 0).all()
+
+
+def test_a_run_leaves_a_folder_that_reads(tmp_path):
+    run = runner.run(scene(), tmp_path / "run", device="cpu")
+    assert {p.name for p in run.folder.iterdir()} == {
+        "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc"
+    }  # fmt: skip
+    data = run.data
+    assert set(data.children) == {"convex", "saddle"}
+    convex = data["convex"].to_dataset()
+    assert dict(convex.sizes) == {"frame": 6, "rod": 4, "node": 17, "axis": 3, "quaternion": 4}
+    assert {"position", "strain", "orientation", "tension", "energy", "dissipation", "status", "gauss", "load"} <= set(
+        convex
+    )
+    np.testing.assert_allclose(convex.time, [0, 0.01, 0.02, 0.03, 0.04, 0.05])
+    np.testing.assert_array_equal(data["saddle"]["length"][0], [0.3, 0.4, 0.5])
+    assert Scene.load(run.folder / "scene.toml") == scene()
+    assert data.attrs["scene_hash"] == scene().hash()
+
+
+def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path, monkeypatch):
+    whole = runner.run(scene(), tmp_path / "whole", device="cpu").data
+    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    stopped = tmp_path / "stopped"
+
+    real, calls = Simulation.to_next_frame, []
+
+    def interrupted(self):
+        calls.append(self.frame)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return real(self)
+
+    with monkeypatch.context() as m:
+        m.setattr(Simulation, "to_next_frame", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            runner.run(scene(), stopped, device="cpu")
+    assert open_run(stopped)["convex"].sizes["frame"] == 4
+    again = runner.run(scene(), stopped, device="cpu", resume=True).data
+    for name in ("convex", "saddle"):
+        np.testing.assert_array_equal(again[name]["position"], whole[name]["position"])
+        np.testing.assert_array_equal(again[name]["time"], whole[name]["time"])
+
+
+def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
+    runner.run(scene(), tmp_path, device="cpu")
+    with pytest.raises(RunFolderError, match="--overwrite"):
+        runner.run(scene(), tmp_path, device="cpu")
+    shorter = scene(time={"end": 0.02, "save_every": 0.01, "step": 5e-4})
+    with pytest.raises(RunFolderError, match=r"beyond time\.end = 0\.02"):
+        runner.run(shorter, tmp_path, device="cpu", resume=True)
+    with pytest.raises(RunFolderError, match="differs from the scene given in seed"):
+        runner.run(scene(seed=9), tmp_path, device="cpu", resume=True)
+    longer = scene(time={**SCENE["time"], "end": 0.07})
+    assert runner.run(longer, tmp_path, device="cpu", resume=True).data["convex"].sizes["frame"] == 8
+    assert runner.run(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
+
+
+@pytest.mark.parametrize("time", [{"step": 4e-3, "save_every": 0.1}, {"save_every": 0.1}, {}], ids=str)
+def test_a_finished_run_can_be_made_longer(time, tmp_path):
+    """Whether its step divides its frames or was chosen: with the bits of a run that was long from the start."""
+
+    def run(end, folder, **kind):
+        return runner.run(Scene(swimmers=[CELL], time={"end": end, **time}), tmp_path / folder, device="cpu", **kind)
+
+    run(0.3, "run")
+    longer = run(0.6, "run", resume=True).data
+    begun = Scene.load(tmp_path / "run" / "scene.toml").time
+    assert Scene.parse(longer.attrs["scene"]).time.end == begun.end == 0.6
+    time = {"step": begun.step, "save_every": begun.save_every}
+    whole = run(0.6, "whole").data["cells"]
+    for name in ("time", "position", "activity"):
+        np.testing.assert_array_equal(longer["cells"][name], whole[name])
+
+
+def test_nothing_is_written_for_a_scene_that_cannot_be_laid_out(tmp_path):
+    long = {**SCENE["filaments"][0], "length": 20.0}
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):
+        runner.run(scene(filaments=[long]), tmp_path / "none", device="cpu")
+    crowd = {**SCENE["filaments"][0], "count": 40}
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40.*fit 0.5 apart"):
+        runner.run(scene(filaments=[crowd], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_step_beyond_its_bound_is_warned_of():
+    (line,) = Simulation(
+        scene(filaments=SCENE["filaments"][:1], steric=None, time={"end": 1, "step": 0.9, "save_every": 1})
+    ).warnings
+    assert "time.step = 0.9" in line and "convex" in line and "e'' =" in line
+
+
+def test_a_step_left_out_is_chosen_below_every_bound():
+    simulation = Simulation(scene(time={"end": 1.0}))
+    assert 1e-4 < simulation.step_size < 0.01
+    assert not [line for line in simulation.warnings if "step" in line]
+
+
+def test_lost_rods_are_named_and_a_run_without_rods_stops(tmp_path):
+    simulation = Simulation(scene())
+    convex, saddle = simulation.ensembles.values()
+    convex._f.intrinsic.fill_(float("nan"))
+    for _ in simulation.to_next_frame():
+        pass
+    lines = simulation.new_failures()
+    assert len(lines) == 4 and "convex: rod 0 became non-finite at t = 0" in lines[0] and "length" in lines[0]
+    assert not simulation.new_failures()
+    saddle._f.intrinsic.fill_(float("nan"))
+    for _ in simulation.to_next_frame():
+        pass
+    with pytest.raises(RodFailure, match=r"No rod is left: try time\.step below 0\.0005"):
+        simulation.new_failures()
+
+
+def test_swimmers_start_where_they_are_placed_and_swim(tmp_path):
+    cells = {
+        "name": "cells", "count": 2, "nodes": 65, "bend": [5e-3, 1e-3], "twist": 1e-3, "symmetric": True,
+        "shape": {"kind": "mode", "amplitude": 3.0},
+        "placement": {"position": [[1, 2, 3], [4, 5, 6]], "direction": [[0, 0, 2], [1, 0, 0]]},
+    }  # fmt: skip
+    tables = {"swimmers": [cells], "time": {"end": 0.2, "step": 1e-3, "save_every": 0.1}}
+    data = runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["cells"].to_dataset()
+    np.testing.assert_allclose(data.position[0, :, 32], [[1, 2, 3], [4, 5, 6]], atol=1e-14)
+    chord = (data.position[0, :, 33] - data.position[0, :, 31]).to_numpy()
+    np.testing.assert_allclose(chord * 32, [[0, 0, 1], [1, 0, 0]], atol=2e-3)
+    assert {"activity", "power", "energy_density", "dissipation"} <= set(data)
+    assert (np.linalg.norm(data.position[-1, :, 32] - data.position[0, :, 32], axis=-1) > 0.01).all()
+    (line,) = Simulation(Scene.parse({**tables, "time": {"end": 1.0, "step": 0.01, "save_every": 0.1}})).warnings
+    assert "time.step = 0.01 is above 0.001" in line and "cells" in line
+
+
+CELL = {"name": "cells", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
+STERIC = {"strength": 1e-3, "range": 0.03, "core": 0.05}
+
+
+def test_swimmers_and_filaments_push_each_other(tmp_path):
+    """Swimmers at three near points on a line push each other apart, and an ensemble of filaments beside them."""
+    placed = {"placement": {"position": [[0, 0, 0], [0, 0.04, 0], [0, 0.08, 0]]}, "shape": {"kind": "straight"}}
+    plane = {"kind": "plane"}
+    filament = {**SCENE["filaments"][0], "count": 1, "intrinsic": [0, 0, 0]}
+    placed_filament = {"placement": {"position": [[0, -0.04, 0]], "direction": [[1, 0, 0]]}}
+    time = {"end": 0.1, "step": 1e-3, "save_every": 0.05}
+    tables = {"surface": plane, "swimmers": [{**CELL, **placed}], "filaments": [{**filament, **placed_filament}]}
+    data = runner.run(Scene.parse({**tables, "steric": STERIC, "time": time}), tmp_path / "run", device="cpu").data
+    middles = data["cells"]["position"][:, :, 16, 1].to_numpy()
+    assert (np.diff(middles[-1]) > np.diff(middles[0])).all()
+    assert float(data["convex"]["position"][-1, 0, 8, 1]) < -0.04
+    assert (data["cells"]["steric_energy"] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"swimmers": [{**CELL, "symmetric": True}], "steric": STERIC}, "symmetric = true"),
+        ({"swimmers": [{**CELL, "symmetric": True, "shape": {"kind": "mode", "mode": 1}}]}, "lacks the symmetry"),
+        ({"swimmers": [{**CELL, "symmetric": True, "flagella": {"profile": "uniform"}}]}, "the flagella at the start"),
+        (
+            {
+                "surface": SCENE["surface"],
+                "filaments": [{**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.01}}],
+            },
+            r"growth\.spacing = 0\.01",
+        ),
+    ],
+)
+def test_what_does_not_go_together_is_said_before_anything_is_written(tmp_path, tables, said):
+    with pytest.raises(SceneError, match=said):
+        runner.run(Scene.parse({**tables, "time": {"end": 0.1, "step": 1e-3}}), tmp_path / "none", device="cpu")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_filament_that_is_remeshed_at_once_runs(tmp_path):
+    growing = {**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 16 + 1e-6}}
+    tables = {"surface": SCENE["surface"], "filaments": [growing], "time": {"end": 0.01, "step": 5e-4}}
+    assert runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17

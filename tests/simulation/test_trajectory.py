@@ -1,0 +1,200 @@
+"""The store of a run: what is written is read, and a run that dies is read up to its last whole frame."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+from warp_rods.errors import RunFolderError
+from warp_rods.simulation.trajectory import (
+    FILAMENT_VARIABLES,
+    STORE,
+    SWIMMER_VARIABLES,
+    GroupSpec,
+    TrajectoryWriter,
+    Variable,
+    open_run,
+)
+
+WIDTH = (Variable(("rod",), "float64", "length", "rod width", ""), np.array([0.5, 0.6, 0.7]))
+GROUPS = {
+    "sensors": GroupSpec(3, 9, FILAMENT_VARIABLES, {"width": WIDTH}),
+    "cell": GroupSpec(2, 17, SWIMMER_VARIABLES),
+}
+ATTRIBUTES = {"title": "two ensembles", "scene": "[time]\nend = 1.0\n", "seed": 7}
+
+
+def frame(number: int) -> dict[str, dict[str, np.ndarray]]:
+    """Values that tell frame and variable apart, and survive float32 and int32."""
+    return {
+        group: {
+            name: np.arange(np.prod(spec.shape(variable))).reshape(spec.shape(variable)) + 1000.0 * number + k
+            for k, (name, variable) in enumerate(spec.variables.items())
+        }
+        for group, spec in GROUPS.items()
+    }
+
+
+def write(path, numbers) -> TrajectoryWriter:
+    writer = TrajectoryWriter.create(path / STORE, GROUPS, ATTRIBUTES)
+    for number in numbers:
+        writer.append(0.1 * number, frame(number))
+    return writer
+
+
+def holds(run: xr.DataTree, count: int) -> None:
+    """Every variable of every group has ``count`` frames, each as ``frame`` made it."""
+    for group, spec in GROUPS.items():
+        np.testing.assert_array_equal(run[group].time, 0.1 * np.arange(count))
+        for name in spec.variables:
+            expected = [frame(number)[group][name] for number in range(count)]
+            np.testing.assert_array_equal(run[group][name], np.reshape(expected, run[group][name].shape))
+            assert run[group][name].sizes["frame"] == count
+
+
+def test_round_trip_with_names_units_and_types(tmp_path):
+    write(tmp_path, range(70)).close()  # beyond one block of growth
+    run = open_run(tmp_path)
+    holds(run, 70)
+    assert run.attrs["title"] == "two ensembles"
+    assert run.attrs["scene"] == ATTRIBUTES["scene"]
+    assert run.attrs["warp_rods_version"]
+    sensors = run["sensors"]
+    assert dict(sensors.sizes) == {"frame": 70, "rod": 3, "node": 9, "axis": 3, "quaternion": 4}
+    assert sensors.position.dims == ("frame", "rod", "node", "axis")
+    assert sensors.position.dtype == np.float64
+    assert sensors["load"].dtype == np.float32
+    assert sensors.status.dtype == np.int32
+    assert sensors.energy.attrs["units"] == "force*length"
+    assert sensors.energy.attrs["source"]
+    np.testing.assert_array_equal(sensors["width"], WIDTH[1])
+    np.testing.assert_allclose(sensors.s, np.linspace(-0.5, 0.5, 9), rtol=0, atol=1e-16)
+    assert set(sensors.coords) == {"time", "s"}
+    assert "activity" in run["cell"] and "gauss" not in run["cell"]
+
+
+def test_xarray_opens_the_store_the_same(tmp_path):
+    write(tmp_path, range(5)).close()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        direct = xr.open_datatree(tmp_path / STORE, engine="zarr", consolidated=False)
+    for group in GROUPS:
+        xr.testing.assert_identical(direct[group].to_dataset(), open_run(tmp_path)[group].to_dataset())
+
+
+def test_reads_lazily_and_by_parts(tmp_path):
+    write(tmp_path, range(6))
+    position = open_run(tmp_path)["sensors"].position
+    everything = np.stack([frame(n)["sensors"]["position"] for n in range(6)])
+    for part in [
+        np.s_[[4, 1], ::2, -1],
+        np.s_[-1],
+        np.s_[[-1, 0], 1:],
+        np.s_[::-2, :, 3:1:-1],
+        np.s_[2:100, 0],
+    ]:
+        assert not position.variable._in_memory
+        np.testing.assert_array_equal(position[part], everything[part])
+
+
+def test_a_run_that_goes_on_can_be_read(tmp_path):
+    writer = write(tmp_path, range(3))
+    holds(open_run(tmp_path), 3)
+    writer.append(0.1 * 3, frame(3))
+    holds(open_run(tmp_path), 4)
+
+
+@pytest.mark.parametrize("kept", [0, 3, 5])
+def test_resume_cuts_and_goes_on(tmp_path, kept):
+    write(tmp_path, range(5))
+    writer = TrajectoryWriter.resume(tmp_path / STORE, kept)
+    assert writer.frames == kept
+    holds(open_run(tmp_path), kept)
+    for number in range(kept, 8):
+        writer.append(0.1 * number, frame(number))
+    writer.close()
+    holds(open_run(tmp_path), 8)
+
+
+@pytest.mark.parametrize("stopped_at", ["position", "energy", "time"])
+def test_a_torn_frame_is_not_shown_and_is_overwritten(tmp_path, stopped_at):
+    """A store whose frame 2 was only partly written, arrays of different lengths included."""
+    write(tmp_path, range(2))
+    torn = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
+    torn.resize((200, *torn.shape[1:]))
+    torn[2] = 99
+    holds(open_run(tmp_path), 2)
+    writer = TrajectoryWriter.resume(tmp_path / STORE)
+    writer.append(0.1 * 2, frame(2))
+    holds(open_run(tmp_path), 3)
+
+
+def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
+    """kill -9 while it writes without a pause, at several moments."""
+    code = (
+        "import itertools, sys; sys.path.insert(0, sys.argv[1])\n"
+        "from pathlib import Path; from test_trajectory import frame, write\n"
+        "writer = write(Path(sys.argv[2]), [0])\n"
+        "print('first frame', flush=True)\n"
+        "for n in itertools.count(1): writer.append(0.1 * n, frame(n))"
+    )
+    for attempt, pause in enumerate((0.0, 0.05, 0.11)):
+        folder = tmp_path / str(attempt)
+        command = [sys.executable, "-c", code, os.path.dirname(__file__), str(folder)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
+            assert child.stdout.readline() == "first frame\n"
+            time.sleep(pause)
+            os.kill(child.pid, signal.SIGKILL)
+        complete = open_run(folder)["cell"].sizes["frame"]
+        assert complete >= 1
+        holds(open_run(folder), complete)
+        writer = TrajectoryWriter.resume(folder / STORE)
+        assert writer.frames == complete
+        writer.append(0.1 * complete, frame(complete))
+        writer.close()
+        holds(open_run(folder), complete + 1)
+
+
+def test_wrong_frames_are_refused_before_anything_is_written(tmp_path):
+    writer = write(tmp_path, range(1))
+    short = frame(1)
+    short["cell"]["energy"] = np.zeros(3)
+    with pytest.raises(ValueError, match=r"cell/energy: shape \(3,\), declared \(2,\)"):
+        writer.append(0.1, short)
+    missing = frame(1)
+    del missing["sensors"]["gauss"]
+    with pytest.raises(ValueError, match="variables of sensors"):
+        writer.append(0.1, missing)
+    with pytest.raises(ValueError, match="groups"):
+        writer.append(0.1, {"sensors": frame(1)["sensors"]})
+    holds(open_run(tmp_path), 1)
+
+
+def test_folders_without_a_run(tmp_path):
+    with pytest.raises(RunFolderError, match=f"(?s){tmp_path}.*warp-rods run"):
+        open_run(tmp_path)
+    with pytest.raises(RunFolderError, match="no run"):
+        TrajectoryWriter.resume(tmp_path / STORE)
+    zarr.create_group(tmp_path / "other" / STORE)
+    with pytest.raises(RunFolderError, match="not a trajectory"):
+        open_run(tmp_path / "other")
+    (tmp_path / "broken" / STORE).mkdir(parents=True)
+    (tmp_path / "broken" / STORE / "zarr.json").write_text("{")
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        open_run(tmp_path / "broken")
+
+
+def test_a_store_is_never_overwritten(tmp_path):
+    write(tmp_path, range(2)).close()
+    with pytest.raises(RunFolderError, match="exists already"):
+        write(tmp_path, range(1))
+    holds(open_run(tmp_path), 2)
+    with pytest.raises(RunFolderError, match="has 2 complete frames, 3 are needed"):
+        TrajectoryWriter.resume(tmp_path / STORE, 3)

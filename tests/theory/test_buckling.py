@@ -1,0 +1,149 @@
+"""Buckling of clamped filaments (model §3): the ensemble's own linear operator against exact answers and runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference.exact import BRIDGE_BUCKLING_LENGTH, hoop_buckling_length
+from scipy.interpolate import CubicSpline
+
+from warp_rods.membranes import surfaces
+from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import runner
+from warp_rods.theory import buckling
+from warp_rods.theory.buckling import Clamped
+
+SPIRAL = Path(__file__).parents[2] / "scenes" / "escrt_spiral.toml"
+BRIDGE = surfaces.make("bridge", {"neck": 0.4, "body": 1.0, "width": 1.0})
+PUBLISHED = {"stiffness": (1.0, 1.0, 0.1), "intrinsic": (0.0, 1.0, 0.0), "drag": (1.0, 2.0, 0.1)}
+EXACT = hoop_buckling_length(0.4, 1.2, (1.0, 1.0, 0.1), 1.0)
+
+
+def on_hoop(nodes: int, **changes) -> Clamped:
+    """A filament clamped on the hoop of the neck, where ρ'' = 2 (body − neck)/width² = 1.2."""
+    return Clamped(BRIDGE, [0.4, 0.0, 0.0], [0.0, 1.0, 0.0], nodes, {**PUBLISHED, **changes})
+
+
+def test_the_published_length_is_that_of_the_energys_second_variation():
+    assert pytest.approx(BRIDGE_BUCKLING_LENGTH, abs=5e-4) == EXACT
+
+
+def test_critical_length_is_exact_to_second_order():
+    cells = np.array([32, 48, 96])
+    found = np.array([buckling.critical_length(on_hoop(n + 1), (0.7, 1.0)) for n in cells])
+    assert -np.polyfit(np.log(cells), np.log(np.abs(found - EXACT)), 1)[0] == pytest.approx(2.0, abs=0.2)
+    assert (4 * found[2] - found[1]) / 3 == pytest.approx(EXACT, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "normal_curvature"),
+    [((1.0, 1.0, 0.5), 1.0), ((3.0, 1.0, 0.1), 1.0), ((1.0, 1.0, 0.1), 2.0), ((0.1, 1.0, 0.1), 1.0)],
+)
+def test_critical_lengths_of_other_filaments(stiffness, normal_curvature):
+    exact = hoop_buckling_length(0.4, 1.2, stiffness, normal_curvature)
+    coarse, fine = (
+        buckling.critical_length(
+            on_hoop(nodes, stiffness=stiffness, intrinsic=(0.0, normal_curvature, 0.0)), (0.7 * exact, 1.3 * exact)
+        )
+        for nodes in (49, 97)
+    )
+    assert (4 * fine - coarse) / 3 == pytest.approx(exact, rel=4e-3)
+
+
+def test_a_cantilever_on_the_plane_has_the_spectrum_of_a_beam():
+    plane = Clamped(surfaces.make("plane", {}), [0, 0, 0], [1, 0, 0], 65, {"drag": (1.0, 2.0, 0.0)})
+    exact = -0.5 * (np.array([1.87510407, 4.69409113]) / 0.8) ** 4
+    found = np.sort(np.linalg.eigvals(buckling.operator(plane, 0.8)[1]).real)[::-1]
+    np.testing.assert_allclose(found[:2], exact, rtol=3e-3)
+    assert buckling.growth_rate(plane, 0.8) == found[0]
+
+
+def test_growing_filaments_leave_the_hoop_at_the_critical_length():
+    """A small deflection is smallest at that length, but for what is of first order in the rate of growth."""
+    nodes, rates = 33, [0.04, 0.02, 0.01]
+    turn = 1e-5 * np.linspace(1, 0, nodes) ** 2
+    rods = BoundRods(
+        BRIDGE, np.tile([0.4, 0.0, 0.0], (3, 1)), np.tile([0.0, 1.0, 0.0], (3, 1)), nodes=nodes, length=0.8, at="start",
+        ends=("clamped", "free"), geodesic_curvature=turn, growth={"rate": rates, "until": 0.9}, **PUBLISHED,
+    )  # fmt: skip
+    lengths, deflections = [], []
+    for _ in range(120):
+        rods.step(4e-3, 20)
+        lengths.append(rods.variables()["length"])
+        deflections.append(np.log(np.abs(rods.position[:, -1, 2])))
+    leaving = [smallest(*pair) for pair in zip(np.transpose(lengths), np.transpose(deflections), strict=True)]
+    critical = buckling.critical_length(on_hoop(nodes), (0.7, 1.0))
+    delays = np.abs(np.array(leaving) - critical)
+    assert np.polyfit(np.log(rates), np.log(delays), 1)[0] == pytest.approx(1.0, abs=0.05)
+    assert 2 * leaving[2] - leaving[1] == pytest.approx(critical, abs=1e-5)
+
+
+def smallest(lengths: np.ndarray, deflections: np.ndarray) -> float:
+    """Where a deflection is smallest while its filament grows, by a cubic through what is near."""
+    growing = np.flatnonzero((lengths > 0.81) & (lengths < 0.899))
+    guess = lengths[growing[deflections[growing].argmin()]]
+    near = growing[np.abs(lengths[growing] - guess) < 0.02]
+    slope = np.polyder(np.poly1d(np.polyfit(lengths[near] - guess, deflections[near], 3)))
+    return guess + min(slope.roots.real, key=abs)
+
+
+def test_relaxing_ends_where_stepping_ends():
+    filament, length = on_hoop(33), 1.0
+    start = np.linspace(-0.3, 0.0, 33)[:-1]
+    rest = buckling.equilibrium(filament, length, start)
+    rods = filament.filaments(length, start[None])
+    rods.step(4e-3, 4000)
+    np.testing.assert_allclose(rods.strain[0, :-1, 2], rest, atol=1e-6)
+    assert np.abs(rest).max() > 1.0
+    assert buckling.growth_rate(filament, length, rest) < 0 < buckling.growth_rate(filament, length)
+
+
+def test_a_spiral_filament_snaps_and_remembers():
+    """A fold off the neck, with σ3 ≠ 0: grown beyond it and cut, the filament finds another shape than when growing."""
+    site = BRIDGE.project(np.array([0.5, 0.0, 0.32]))
+    parameters = {"stiffness": (0.6, 1.0, 0.8), "intrinsic": (0.0, -0.7, -1.8), "drag": (1.0, 2.0, 0.1)}
+    filament = Clamped(BRIDGE, site, [0.0, 1.0, 0.0], 33, parameters)
+    lengths = np.arange(0.3, 2.95, 0.1)
+    up = buckling.follow(filament, lengths)
+    down = buckling.follow(filament, lengths[:21:-1], up[-1])[::-1]
+    apart = np.array([np.abs(a - b).max() for a, b in zip(up[22:], down, strict=True)])
+    fold = lengths[22:][apart < 1e-6][0]
+    assert 2.6 < fold < 2.9
+    assert (apart[lengths[22:] < fold] > 1.0).all()
+
+
+def test_a_bracket_without_a_critical_length_is_refused():
+    with pytest.raises(ValueError, match="both stable"):
+        buckling.critical_length(on_hoop(17), (0.5, 0.6))
+
+
+def gap(position: np.ndarray, length: float, core: float) -> float:
+    """Smallest distance of parts of a centre line farther apart along it than sterics leave out, by cubic splines."""
+    s = np.linspace(0, length, len(position))
+    fine = np.linspace(0, length, 4 * len(position) - 3)
+    r = CubicSpline(s, position)(fine)
+    apart = np.abs(fine[:, None] - fine)
+    return np.linalg.norm(r[:, None] - r, axis=-1)[apart > max(2 * core, 4 * s[1])].min()
+
+
+def shortened_spiral(steric: bool) -> Scene:
+    """The spiral of the scene from 1.5 to 5.5 in length, a turn to two, at a faster rate."""
+    scene = Scene.load(SPIRAL)
+    filaments = scene.filaments[0].model_dump(exclude_none=True)
+    filaments |= {"nodes": 101, "length": 1.5, "growth": {"rate": 2.0, "until": 5.5}}
+    table = scene.model_dump(exclude_none=True) | {"filaments": [filaments]}
+    table["time"] = {"end": 2.2, "save_every": 0.05}
+    return Scene.model_validate(table if steric else {k: v for k, v in table.items() if k != "steric"})
+
+
+def test_a_spiral_does_not_pass_through_itself(tmp_path):
+    """Without sterics its turns come closer than half a core."""
+    gaps = {}
+    for steric in (True, False):
+        run = runner.run(shortened_spiral(steric), tmp_path / str(steric), device="cpu")
+        data = run.data["escrt"].to_dataset().load().isel(rod=0)
+        frames = zip(data.position.values, data.length.values, strict=True)
+        gaps[steric] = min(gap(position, float(length), 0.05) for position, length in frames)
+    assert gaps[True] >= 0.5 * 0.05
+    assert gaps[False] < 0.5 * 0.05

@@ -1,0 +1,137 @@
+"""Linear theory: Airy conditions, spectra, Galerkin rates, and the linearisation of a nonlinear rod."""
+
+import numpy as np
+import pytest
+from reference import exact
+
+import warp_rods.theory.stability as stability
+from warp_rods.rods import modes
+from warp_rods.theory.tension import planar_tension
+
+
+def test_airy_roots_to_six_digits():
+    np.testing.assert_allclose(stability.critical_stiffness(10), exact.AIRY_STIFFNESSES, rtol=5e-6)
+
+
+def test_airy_roots_are_where_the_operator_is_singular():
+    """Two ways that share nothing: Airy integrals, and a Galerkin pencil for μ = 0."""
+    airy = stability.airy_stiffnesses(30)
+    assert np.all(np.diff(airy) < 0)
+    np.testing.assert_allclose(stability.critical_bends(30, "piecewise", intervals=16), airy, rtol=1e-9)
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_an_eigenvalue_vanishes_at_each_airy_root(index):
+    bend = stability.airy_stiffnesses(6)[index]
+    values, curves = stability.eigenmodes(bend, np.linspace(-0.5, 0.5, 65), "piecewise", count=10)
+    marginal = np.argmin(np.abs(values))
+    assert abs(values[marginal]) < 1e-9
+    airy = stability.airy_mode(index, np.linspace(-0.5, 0.5, 65))
+    np.testing.assert_allclose(curves[marginal], airy, atol=1e-8)
+
+
+def test_airy_modes_are_normalised_and_free_at_the_ends():
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    for index in range(6):
+        mode = stability.airy_mode(index, np.append(nodes / 4 + 0.25, nodes / 4 - 0.25))
+        assert abs(np.tile(weights, 2) / 4 @ mode**2 - 1) < 1e-12
+        assert abs(stability.airy_mode(index, 0.5)) < 1e-14
+        assert abs(stability.airy_mode(index, 0.5 - 1e-6)) < 1e-8
+
+
+def test_critical_bend_of_the_smooth_profile():
+    bend = stability.critical_bends()[0]
+    assert abs(bend / exact.CRITICAL_BEND_TANH - 1) < 1e-5
+    assert abs(stability.eigenvalues(bend)[0]) < 1e-9
+    assert stability.eigenvalues(0.99 * bend)[0].real > 0 > stability.eigenvalues(1.01 * bend)[0].real
+
+
+def test_growth_of_the_beam_mode_itself():
+    bend = stability.beam_mode_critical_bend()
+    assert abs(bend - exact.CRITICAL_BEND_BEAM_MODE) < 5e-7
+    assert abs(stability.beam_mode_growth_rate(bend)) < 1e-12
+    for k in range(4):
+        passive = stability.beam_mode_growth_rate(0.3, lambda s: 0 * s, drag_ratio=1.5, mode=k)
+        np.testing.assert_allclose(passive, -exact.beam_decay_rates(0.3, 1.5, 1.0, 4)[k], rtol=1e-11)
+
+
+def test_a_passive_rod_decays_in_beam_modes():
+    s = np.linspace(-0.5, 0.5, 33)
+    values, curves = stability.eigenmodes(1e-2, s, lambda s: 0 * s, drag_ratio=2.0)
+    np.testing.assert_allclose(values, -exact.beam_decay_rates(1e-2, 2.0, 1.0, 6), rtol=1e-10)
+    np.testing.assert_allclose(curves, [modes.beam_mode(k, s) for k in range(6)], atol=1e-9)
+
+
+@pytest.mark.parametrize("activity", ["tanh", "piecewise"])
+def test_eigenvalues_do_not_depend_on_the_elements(activity):
+    coarse, fine = (stability.eigenvalues(1e-3, activity, intervals=m) for m in (6, 16))
+    np.testing.assert_allclose(coarse, fine, atol=1e-9 * np.abs(fine).max())
+
+
+def test_activity_as_values_on_nodes():
+    s = np.linspace(-0.5, 0.5, 257)
+    found = stability.eigenvalues(1e-3, -np.tanh(10 * s))
+    np.testing.assert_allclose(found, stability.eigenvalues(1e-3), atol=1e-6)
+
+
+def test_a_rod_pushed_evenly_is_stable():
+    """f = 1 leaves no tension, only advection (4.36), which turns eigenvalues complex but feeds no growth."""
+    values = stability.eigenvalues(1e-3, "uniform")
+    assert np.all(values.real < 0) and np.abs(values.imag).max() > 1
+    assert len(stability.critical_bends(3, "uniform")) == 0
+
+
+def rod_rate(nodes: int, bend: float, drag_ratio: float):
+    """Right-hand side of (4.32) with f = −tanh 10s held fixed, at the inner nodes."""
+    s = np.linspace(-0.5, 0.5, nodes)
+    f, spacing = -np.tanh(10 * s), 1 / (nodes - 1)
+
+    def second(field):
+        return (field[2:] - 2 * field[1:-1] + field[:-2]) / spacing**2
+
+    def rate(inner):
+        κ = np.pad(inner, 1)
+        λ = planar_tension(κ, f, bend, drag_ratio)
+        mirrored = np.pad(κ, 1, mode="reflect")
+        push = (λ[1:] - λ[:-1]) / spacing + (f[1:] + f[:-1]) / 2
+        advected = np.diff((κ[1:] + κ[:-1]) / 2 * push) / spacing
+        return (
+            -bend / drag_ratio * second(second(mirrored))
+            + second(κ * λ) / drag_ratio
+            + advected
+            + bend / 3 * second(κ**3)
+        )
+
+    return rate
+
+
+def test_linearising_a_nonlinear_rod_gives_the_spectrum():
+    expected = stability.eigenvalues(5e-3, count=4).real
+    errors = []
+    for nodes in (33, 65, 129):
+        found = stability.growth_rates(rod_rate(nodes, 5e-3, 2.0), np.zeros(nodes - 2), count=4)
+        errors.append(np.abs(found - expected) / np.abs(expected).max())
+    assert np.max(errors[-1]) < 4e-3
+    slope = np.polyfit(np.log([32, 64, 128]), np.log(np.max(errors, axis=1)), 1)[0]
+    assert abs(slope + 2) < 0.2
+
+
+def test_growth_rates_of_a_known_spiral():
+    found = stability.growth_rates(lambda x: [x[1] + x[0] ** 2, -4 * x[0] - 2 * x[1], 3 * x[2]], np.zeros(3))
+    np.testing.assert_allclose(found, [3, -1 + 1j * 3**0.5, -1 - 1j * 3**0.5], atol=1e-5)
+
+
+def test_stiffness_of_a_real_cell():
+    estimate = stability.critical_stiffness(length=50e-6, diameter=1e-6, viscosity=1e-3, speed=13e-6)
+    assert abs(estimate - 2.6e-23) < 0.05e-23
+    assert abs(stability.critical_stiffness(10e-6, 1e-6, 1e-3, 13e-6) - 3.6e-25) < 0.05e-25
+    assert abs(stability.critical_stiffness(100e-6, 1e-6, 1e-3, 13e-6) - 1.8e-22) < 0.05e-22
+
+
+def test_bad_arguments_are_named():
+    with pytest.raises(ValueError, match="length > diameter"):
+        stability.critical_stiffness(1e-6, 2e-6, 1e-3, 13e-6)
+    with pytest.raises(ValueError, match="at least one"):
+        stability.critical_stiffness(0)
+    with pytest.raises(ValueError, match="tanh, piecewise, uniform"):
+        stability.eigenvalues(1e-3, "wiggly")

@@ -1,0 +1,145 @@
+"""Whether rods stay out of each other: how often one passes through another, or through itself.
+
+Between successive frames nodes move on straight lines, each at its own even speed, and a rod is a chain of straight
+segments: for that motion the count is exact. Frames so far apart that rods move by more than their distance
+count what such straight ways cross, which may be more or less than what rods did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis.measures import described
+from warp_rods.analysis.segment_sweeps import keep_to_a_plane, meet_in_plane, passes
+from warp_rods.analysis.swarm.data import nodes_by_block, pairs_within, period_of, sound
+
+GENERAL = 1e-8
+"""Each node is moved by about this part of a segment, the same at all times: what meets exactly at a joint, or just
+at a frame, then does so clearly before or after it."""
+
+
+def crossings(dataset: xr.Dataset) -> xr.Dataset:
+    """How often rods of one group pass through each other and through themselves, and which.
+
+    Gives ``crossings(frame)``, the number since the frame before (0 in the first), and of each one
+    ``event_time(event)``; ``first_rod(event)``, ``second_rod(event)``, the same for a rod through itself; and
+    ``event_sign(event)``, +1 or −1, by which the Gauss linking integral of the two jumps, half the jump of the
+    writhe of a rod through itself.
+
+    Segments that keep to one plane between two frames, as all of a planar swarm and all that are parallel, have
+    no moment of passing through: there it is one crossing, of sign 0, when two rods that were apart in the earlier
+    frame come to overlap, anywhere along them, in between or in the later frame; rods that stay overlapped
+    count no more until they are apart again. Nearest images along periods. Rods that failed are left out.
+    Raises ValueError where segments and their way between frames are as long as half a period.
+    """
+    dataset = sound(dataset)
+    period, found = period_of(dataset), [np.zeros((4, 0))]
+    before, aside = None, np.zeros(())
+    for now in _every(dataset):
+        if before is None:
+            aside = _aside(now)
+        else:
+            found.append(_between(np.stack([before, now]), aside, period))
+        before = now
+    return _described(dataset, found)
+
+
+def crossings_per_frame(dataset: xr.Dataset) -> xr.DataArray:
+    """Crossings since the frame before (frame), as ``crossings`` counts them."""
+    return crossings(dataset)["crossings"]
+
+
+def _every(dataset: xr.Dataset) -> Iterator[np.ndarray]:
+    for block in nodes_by_block(dataset, "crossings"):
+        yield from block
+
+
+def _described(dataset: xr.Dataset, found: list[np.ndarray]) -> xr.Dataset:
+    """The dataset of ``crossings``, of what ``_between`` gave up to each frame, nothing up to the first."""
+    time, numbers = dataset["time"].to_numpy(), dataset["rod"].to_numpy()
+    count = [part.shape[1] for part in found]
+    first, second, when, sign = np.concatenate(found, axis=1)
+    frame = np.repeat(np.arange(len(found)), count)
+    at = time[frame - 1] + when * (time[frame] - time[frame - 1])
+    said = {
+        "event_time": (at, "time", "time of the crossing"),
+        "first_rod": (numbers[first.astype(int)], "1", "number of a rod"),
+        "second_rod": (numbers[second.astype(int)], "1", "number of the rod that it crosses"),
+        "event_sign": (sign.astype(int), "1", "jump of the Gauss integral, 0 in a plane"),
+    }
+    source = "(a × b)·w = 0"
+    events = {name: described(dataset, ("event",), *values, source) for name, values in said.items()}
+    per_frame = described(dataset, ("frame",), count, "1", "crossings since the frame before", source)
+    return xr.Dataset({"crossings": per_frame, **events})
+
+
+def _between(nodes: np.ndarray, aside: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """The crossings between two times of nodes [time, rod, node, 3], earliest first.
+
+    Of each one both rods, its time in (0, 1] and its sign [4, crossing].
+    """
+    first, second, shift = _near(nodes, period)
+    rods = np.stack([first, second]) // (nodes.shape[2] - 1)
+
+    def pair(ends: np.ndarray, which: np.ndarray | slice) -> tuple[np.ndarray, np.ndarray]:
+        return ends[:, first[which]], ends[:, second[which]] + shift[which][:, None]
+
+    segments = _segments(nodes)
+    flat = keep_to_a_plane(*pair(segments, slice(None)))
+    solid, planar = np.flatnonzero(~flat), np.flatnonzero(flat)
+    through = passes(*pair(_segments(nodes + aside), solid))
+    swept, at = _rods_that_meet(rods[:, planar], shift[planar], *meet_in_plane(*pair(segments, planar)))
+    found = np.concatenate(
+        [[*rods[:, solid[through.pair]], through.time, through.sign], [*swept, at, np.zeros(len(at))]], axis=1
+    )
+    return found[:, np.lexsort((found[1], found[0], found[2]))]
+
+
+def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of segments whose ways come near each other, but neighbours; and to which image the second is moved."""
+    ends = _segments(nodes)
+    middle = ends.mean(axis=2)
+    size = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1).max(axis=0)
+    reach = (size + np.linalg.norm(middle[1] - middle[0], axis=-1)) / 2
+    at = middle.mean(axis=0)
+    pairs, nearest = pairs_within(at, period, 2 * reach.max())
+    first, second = pairs.T
+    shift = nearest - (at[second] - at[first])
+    shift = np.where(np.isfinite(period), period, 0.0) * np.round(shift / period) + 0.0  # no −0 beside 0
+    low, high = ends.min(axis=(0, 2)), ends.max(axis=(0, 2))
+    slack = 10 * GENERAL * size.max()
+    boxes_meet = np.all(
+        (low[first] <= high[second] + shift + slack) & (low[second] + shift <= high[first] + slack), axis=1
+    )
+    parts = nodes.shape[2] - 1
+    same = (first // parts == second // parts) & np.all(shift == 0, axis=1)
+    kept = boxes_meet & ~(same & (np.abs(first - second) <= 1))
+    return first[kept], second[kept], shift[kept]
+
+
+def _segments(nodes: np.ndarray) -> np.ndarray:
+    """The ends of all segments [time, segment, end, 3] of nodes [time, rod, node, 3]."""
+    return np.stack([nodes[:, :, :-1], nodes[:, :, 1:]], axis=3).reshape(2, -1, 2, 3)
+
+
+def _aside(nodes: np.ndarray) -> np.ndarray:
+    """A small displacement of each node [rod, node, 3], for all times."""
+    size = np.linalg.norm(np.diff(nodes, axis=1), axis=-1).mean()
+    return GENERAL * size * np.random.default_rng(0).standard_normal(nodes.shape)
+
+
+def _rods_that_meet(
+    rods: np.ndarray, shift: np.ndarray, overlapped: np.ndarray, when: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of rods [2, event] that were apart and come to overlap, by their segments, and when [event]."""
+    if not len(when):
+        return np.zeros((2, 0), int), np.zeros(0)
+    keys, which = np.unique(np.column_stack([rods.T, shift]), axis=0, return_inverse=True)
+    already, earliest = np.zeros(len(keys), bool), np.full(len(keys), np.inf)
+    np.logical_or.at(already, which.ravel(), overlapped)
+    np.minimum.at(earliest, which.ravel(), when)
+    new = ~already & np.isfinite(earliest)
+    return keys[new, :2].astype(int).T, earliest[new]

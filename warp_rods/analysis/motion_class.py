@@ -1,0 +1,144 @@
+"""What a swimmer has settled to: the period of its motion and the name of its shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis.measures import bending, described, mode_coefficients, need
+
+MODES = 6
+"""Beam modes that stand for a shape."""
+STRAIGHT = 0.05
+"""Bending, root mean square over time and length, below which a rod counts as straight."""
+STEADY = 0.02
+"""Largest fluctuation of a steady shape, root mean square, over its size."""
+FLAT = 1e-3
+"""Largest share of bending out of one plane in a planar shape."""
+RECURRENCE = 0.1
+"""Largest mean square distance from the shape one period before, over twice the variance."""
+FEWEST = 6
+"""Frames of the late window."""
+TURNS = 0.1
+"""Part of its range by which a₀ must pass zero to count as changing sign."""
+
+
+class Motion(NamedTuple):
+    """Statistics of a late window, each [rod]."""
+
+    straight: np.ndarray
+    steady: np.ndarray
+    planar: np.ndarray
+    even: np.ndarray
+    periodic: np.ndarray
+    reverses: np.ndarray
+
+
+CLASSES: dict[str, Callable[[Motion], np.ndarray]] = {
+    "straight": lambda m: m.straight,
+    "U": lambda m: m.steady & m.planar & m.even,
+    "twisted-U": lambda m: m.steady & ~m.planar & m.even,
+    "S": lambda m: m.steady & ~m.even,
+    "waving": lambda m: m.periodic & ~m.reverses,
+    "flapping": lambda m: m.periodic & m.reverses,
+}
+"""What each class means; the first that holds gives the name, and none makes it irregular."""
+
+
+def period(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
+    """Period of a swimmer's shape, from frames at even times after ``since``, by default the later half (rod).
+
+    The shortest time after which the beam-mode coefficients of both twist-free bendings recur together,
+    refined by a parabola; half the window at most. A shape that turns into its mirror image (a₀ → −a₀) has
+    done half a period. NaN where the shape is steady, straight or does not recur.
+    """
+    window = _late(dataset, since)
+    shapes = _shapes(window)
+    found = _recurrence(shapes, window["time"].to_numpy())
+    found[_steady(shapes) | _straight(shapes)] = np.nan
+    return described(dataset, ["rod"], found, "time", "period of the shape", "recurrence of a_k, (4.49), (4.50)")
+
+
+def shape_class(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
+    """Name of what a swimmer does after ``since``, by default in the later half of the run (rod).
+
+    straight, U, waving, flapping, twisted-U, S or irregular by the table ``CLASSES``; a rod that failed is
+    irregular. All is told from the twist-free bending: even where more than half of its square is in even beam modes,
+    reversing where a₀, and with it the swimming direction, changes sign.
+    """
+    need(dataset, "status")
+    window = _late(dataset, since)
+    motion = _motion(window)
+    names = np.select([holds(motion) for holds in CLASSES.values()], list(CLASSES), "irregular")
+    names = np.where(window["status"].isel(frame=-1).to_numpy() == 0, names, "irregular")
+    return described(dataset, ["rod"], names, "1", "class of the shape", "§4.3, §4.4")
+
+
+def _motion(window: xr.Dataset) -> Motion:
+    shapes = _shapes(window)
+    size = np.sum(shapes**2, axis=(0, 2, 3))
+    leading = shapes[:, :, 1, 0]
+    low, high = leading.min(axis=0), leading.max(axis=0)
+    k = bending(window, twist_free=True)
+    # In a plane k keeps its phase but for the sign, and |Σ k²| = Σ |k|².
+    flatness = abs(np.sum(k**2, axis=(0, 2))) / np.maximum(np.sum(abs(k) ** 2, axis=(0, 2)), np.finfo(float).tiny)
+    return Motion(
+        straight=_straight(shapes),
+        steady=_steady(shapes),
+        planar=1 - flatness < FLAT,
+        even=np.sum(shapes[..., ::2] ** 2, axis=(0, 2, 3)) > 0.5 * size,
+        periodic=np.isfinite(_recurrence(shapes, window["time"].to_numpy())),
+        reverses=np.minimum(high, -low) > TURNS * np.maximum(high, -low),
+    )
+
+
+def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
+    """The frames after ``since``, without a last one off the beat; ValueError for filaments or too few of them."""
+    need(dataset, "activity")
+    time = dataset["time"].to_numpy()
+    start = (time[0] + time[-1]) / 2 if since is None else since
+    frames = np.flatnonzero(time >= start)
+    if len(frames) > 2 and time[-1] - time[-2] < (1 - 1e-6) * (time[-2] - time[-3]):
+        frames = frames[:-1]
+    spacing = np.diff(time[frames])
+    if len(frames) < FEWEST or np.ptp(spacing) > 1e-6 * spacing[0]:
+        raise ValueError(f"{FEWEST} frames or more at even times after {start:g} are needed: there are {len(frames)}")
+    return dataset.isel(frame=frames)
+
+
+def _shapes(window: xr.Dataset) -> np.ndarray:
+    """Twist-free beam-mode coefficients [frame, rod, component, mode]."""
+    return mode_coefficients(window, MODES, twist_free=True).to_numpy()
+
+
+def _straight(shapes: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.sum(shapes**2, axis=(2, 3)).mean(axis=0)) < STRAIGHT
+
+
+def _steady(shapes: np.ndarray) -> np.ndarray:
+    variance, size = shapes.var(axis=0).sum(axis=(1, 2)), np.sum(shapes**2, axis=(2, 3)).mean(axis=0)
+    return variance <= STEADY**2 * size
+
+
+def _recurrence(shapes: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Shortest time after which shapes [frame, rod, ...] at even times recur, NaN where they do not [rod]."""
+    frames, rods = shapes.shape[:2]
+    moving = (shapes - shapes.mean(axis=0)).reshape(frames, rods, -1)
+    overlap = np.fft.irfft((abs(np.fft.rfft(moving, 2 * frames, axis=0)) ** 2).sum(axis=2), axis=0)[:frames]
+    summed = np.cumsum(np.sum(moving**2, axis=2), axis=0)
+    # Mean square of both ends of the pairs of frames that lie a lag apart.
+    lag = np.arange(1, frames // 2 + 1)
+    early, late = summed[frames - 1 - lag], summed[-1] - summed[lag - 1]
+    distance = 1 - 2 * overlap[lag] / np.maximum(early + late, np.finfo(float).tiny)
+    left, here, right = distance[:-2], distance[1:-1], distance[2:]
+    # Over one period the distance averages to 1: a dip before it has risen is a ripple, no recurrence.
+    risen = np.maximum.accumulate(here, axis=0) > 0.5
+    dips = risen & (here < RECURRENCE) & (here <= left) & (here < right)
+    first = dips.argmax(axis=0)[None]
+    a, b, c = (np.take_along_axis(part, first, axis=0)[0] for part in (left, here, right))
+    shift = 0.5 * (a - c) / np.where(dips.any(axis=0), a - 2 * b + c, 1.0)
+    found = (lag[1:-1][first[0]] + shift) * (time[-1] - time[0]) / (frames - 1)
+    return np.where(dips.any(axis=0), found, np.nan)

@@ -1,0 +1,179 @@
+"""What measures of swarms read of a group of a trajectory: where rods are, in which box, and who is near whom."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.spatial import cKDTree
+
+from warp_rods.analysis.measures import described, lengths, need
+
+THIN = 0.5
+"""A swarm is planar where it is thinner than this part of a rod's length."""
+_BLOCK_BYTES = 32_000_000
+_PATIENCE = 2.0
+
+
+class Space(NamedTuple):
+    """The axes that a swarm extends along, and the period of its box along each of them, inf where it is open."""
+
+    axes: np.ndarray
+    period: np.ndarray
+
+
+JOINED = ("position", "strain", "activity", "energy", "status")
+"""What of several ensembles is joined to be measured as one swarm."""
+
+
+def together(run: xr.DataTree, *names: str) -> xr.Dataset:
+    """Ensembles of a run as one swarm: their rods one after the other, with what is measured of swarms.
+
+    names: of the ensembles; by default all swimmers. Raises ValueError where there are none, where their rods have
+    different numbers of nodes, or where one is not there.
+    """
+    names = names or tuple(name for name, group in run.children.items() if "activity" in group)
+    if not names or (missing := [name for name in names if name not in run.children]):
+        said = f"no ensemble called {', '.join(missing)}" if names else "no swimmers"
+        raise ValueError(f"{said}: the run has {', '.join(run.children)}")
+    groups = [run[name].to_dataset() for name in names]
+    if len({group.sizes["node"] for group in groups}) > 1:
+        raise ValueError(f"{', '.join(names)} have different numbers of nodes: measure them one by one")
+    shared = [[key for key in JOINED if all(key in group for group in groups)]] * len(groups)
+    joined = xr.concat([group[keys] for group, keys in zip(groups, shared, strict=True)], "rod")
+    once = {key: groups[0][key] for key in ("period",) if key in groups[0]}
+    every = {"length": xr.concat([group["length"] for group in groups], "rod")} if "length" in groups[0] else {}
+    return joined.assign({**once, **every})
+
+
+def sound(dataset: xr.Dataset) -> xr.Dataset:
+    """The rods that never failed, with their numbers as coordinate ``rod`` where some did.
+
+    Raises ValueError where none is left, or there is no position.
+    """
+    need(dataset, "position")
+    if "status" not in dataset:
+        return dataset
+    kept = np.flatnonzero(dataset["status"].isel(frame=-1).to_numpy() == 0)
+    if not len(kept):
+        raise ValueError("all rods failed: nothing is left to measure")
+    everyone = dataset["rod"].to_numpy()
+    return dataset if len(kept) == len(everyone) else dataset.isel(rod=kept).assign_coords(rod=everyone[kept])
+
+
+def space(dataset: xr.Dataset, dimensions: int | None = None) -> Space:
+    """The axes that count: all three, or two for a swarm in a plane.
+
+    ``dimensions``: 2 or 3; where it is None, 2 for a swarm that is thinner along an axis, in the first and the last
+    frame, than ``THIN`` rod lengths. The plane is across the axis along which the swarm is thinnest.
+    """
+    if dimensions not in (None, 2, 3):
+        raise ValueError(f"dimensions = {dimensions}: a swarm has 2 or 3")
+    ends = dataset["position"].isel(frame=[0, -1]).transpose(..., "axis").to_numpy()
+    thickness = np.ptp(ends.reshape(-1, 3), axis=0)
+    planar = thickness.min() < THIN * rod_length(dataset) if dimensions is None else dimensions == 2
+    axes = np.delete(np.arange(3), 2 - np.argmin(thickness[::-1])) if planar else np.arange(3)
+    return Space(axes, period_of(dataset)[axes])
+
+
+def period_of(dataset: xr.Dataset) -> np.ndarray:
+    """Period of the box along each axis [3], inf where it is open."""
+    return dataset["period"].to_numpy() if "period" in dataset else np.full(3, np.inf)
+
+
+def rod_length(dataset: xr.Dataset) -> float:
+    """Mean length of the rods."""
+    return float(np.mean(lengths(dataset)))
+
+
+def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
+    """Values [frame, ...] by blocks of successive frames, so that a long run never is in memory at once.
+
+    ``what`` names the progress bar that shows where it takes longer than two seconds.
+    """
+    values = values.transpose("frame", ...)
+    frames = values.sizes["frame"]
+    step = max(1, int(_BLOCK_BYTES * frames / max(values.nbytes, 1)))
+    for first in patiently(range(0, frames, step), what):
+        yield values.isel(frame=slice(first, first + step)).to_numpy()
+
+
+def patiently(steps: range, what: str) -> Iterator[int]:
+    """The steps, with a progress bar, on a terminal, over those that are left after two seconds."""
+    from rich.console import Console
+    from rich.progress import track
+
+    began, console = time.monotonic(), Console(stderr=True)
+    for done, step in enumerate(steps):
+        if time.monotonic() - began > _PATIENCE:
+            yield from track(steps[done:], what, console=console, transient=True, disable=not console.is_terminal)
+            return
+        yield step
+
+
+def nodes_by_block(dataset: xr.Dataset, what: str) -> Iterator[np.ndarray]:
+    """Positions [frame, rod, node, 3] by blocks of frames."""
+    return blocks(dataset["position"].transpose("frame", "rod", "node", "axis"), what)
+
+
+def middles(dataset: xr.Dataset) -> np.ndarray:
+    """Position of the middle nodes [frame, rod, 3]."""
+    return dataset["position"].isel(node=dataset.sizes["node"] // 2).transpose("frame", "rod", "axis").to_numpy()
+
+
+def weights(nodes: int) -> np.ndarray:
+    """Share of a rod that each node stands for [node]: the trapezoid rule."""
+    share = np.full(nodes, 1 / max(nodes - 1, 1))
+    share[[0, -1]] /= 2 if nodes > 1 else 1
+    return share
+
+
+def centres(dataset: xr.Dataset) -> np.ndarray:
+    """Centre of each rod [frame, rod, 3], ∫ r ds / L: it does not beat as the middle node does."""
+    share = weights(dataset.sizes["node"])
+    return np.concatenate([np.einsum("frnx,n->frx", block, share) for block in nodes_by_block(dataset, "centres")])
+
+
+def velocities(dataset: xr.Dataset) -> np.ndarray:
+    """Velocity of the centres [frame, rod, 3] by central differences of the frames, second order in them.
+
+    In the first and the last frame one-sided, first order: more would amplify noise. Raises ValueError where there
+    are fewer than two frames.
+    """
+    time = dataset["time"].to_numpy()
+    if len(time) < 2:
+        raise ValueError("velocities need two frames or more")
+    return np.gradient(centres(dataset), time, axis=0)
+
+
+def minimum_image(separation: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """Separations [..., axis] to the nearest image along axes with a period."""
+    return separation - np.where(np.isfinite(period), period, 0.0) * np.round(separation / period)
+
+
+def wrapped(points: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """Points [..., axis] moved into the box [0, period) along axes with a period."""
+    inside = points - np.where(np.isfinite(period), period, 0.0) * np.floor(points / period)
+    # A point just below a multiple of the period is rounded up to it.
+    return np.where(np.isfinite(period) & (inside >= period), 0.0, inside)
+
+
+def pairs_within(points: np.ndarray, period: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of points [point, axis] nearer than a radius: their numbers [pair, 2] and separations [pair, axis].
+
+    Each pair once, by its nearest image. Raises ValueError where half the period is below the radius.
+    """
+    if 2 * radius > period.min():
+        raise ValueError(f"a distance of {radius:g} is more than half the period {period.min():g} of the box")
+    # A tree knows an axis without period by 0.
+    tree = cKDTree(wrapped(points, period), boxsize=np.where(np.isfinite(period), period, 0.0))
+    pairs = tree.query_pairs(radius, output_type="ndarray")
+    return pairs, minimum_image(points[pairs[:, 1]] - points[pairs[:, 0]], period)
+
+
+def over_frames(dataset: xr.Dataset, values: np.ndarray, long_name: str, source: str, units: str = "1") -> xr.DataArray:
+    """One value a frame (frame), described."""
+    return described(dataset, ("frame",), values, units, long_name, source)

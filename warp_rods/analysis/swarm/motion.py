@@ -1,0 +1,78 @@
+"""Motion of a swarm: how fast rods are, and how far they get.
+
+A rod is where its centre is, ∫ r ds / L, which does not beat as its middle node does. Velocities are central
+differences of the frames, second order in them, one-sided in the first and last. Rods that failed are left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis.measures import described
+from warp_rods.analysis.swarm.data import centres, over_frames, sound, velocities
+
+LAGS = 60
+"""Lags at most, spread evenly in their logarithm up to half the run."""
+
+
+def mean_speed(dataset: xr.Dataset) -> xr.DataArray:
+    """⟨|v|⟩ over the rods (frame). Raises ValueError where there are fewer than two frames."""
+    dataset = sound(dataset)
+    values = np.linalg.norm(velocities(dataset), axis=-1).mean(axis=1)
+    return over_frames(dataset, values, "mean speed", "⟨|v|⟩", "length/time")
+
+
+def speed_distribution(dataset: xr.Dataset, bins: int = 50) -> xr.DataArray:
+    """Probability density of |v|, over all rods and frames (speed); it integrates to one.
+
+    ``bins`` of even width from 0 to the largest speed, ``speed`` in their middles. Raises ValueError where there
+    are fewer than two frames.
+    """
+    dataset = sound(dataset)
+    speeds = np.linalg.norm(velocities(dataset), axis=-1)
+    # All at rest, and the largest of all, belong in a bin too.
+    top = np.nextafter(max(speeds.max(), np.finfo(float).tiny), np.inf)
+    density, edges = np.histogram(speeds, bins, (0.0, top), density=True)
+    found = described(dataset, ("speed",), density, "time/length", "probability density", "p(|v|)")
+    at = ("speed", (edges[1:] + edges[:-1]) / 2, {"units": "length/time", "long_name": "speed"})
+    return found.assign_coords(speed=at)
+
+
+def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
+    """⟨|r(t + lag) − r(t)|²⟩ over rods and all time origins t (lag), up to half the run.
+
+    v² lag² where rods move straight on, 2d D lag where they diffuse in d dimensions. Each lag is a whole number
+    of frames; all origins count, so that neighbouring values are not independent. Raises ValueError where the
+    frames are not at even times, or fewer than three.
+    """
+    dataset = sound(dataset)
+    at, interval = centres(dataset), _interval(dataset)
+    longest = (len(at) - 1) // 2
+    lags = np.unique(np.round(np.geomspace(1, longest, LAGS)).astype(int))
+    values = [np.sum((at[lag:] - at[:-lag]) ** 2, axis=-1).mean() for lag in lags]
+    found = described(dataset, ("lag",), values, "length^2", "mean square displacement", "⟨|r(t + lag) − r(t)|²⟩")
+    return found.assign_coords(lag=("lag", lags * interval, {"units": "time", "long_name": "lag"}))
+
+
+def displacement_exponent(dataset: xr.Dataset) -> xr.DataArray:
+    """d ln MSD / d ln lag (lag): 2 where rods move straight on, 1 where they diffuse.
+
+    Raises ValueError as ``mean_square_displacement``, and where the run has fewer than five frames.
+    """
+    msd = mean_square_displacement(dataset)
+    if msd.sizes["lag"] < 2:
+        raise ValueError(f"an exponent needs two lags, five frames or more: there are {dataset.sizes['frame']}")
+    with np.errstate(divide="ignore", invalid="ignore"):  # rods at rest have no exponent: NaN
+        values = np.gradient(np.log(msd.to_numpy()), np.log(msd["lag"].to_numpy()))
+    found = described(dataset, ("lag",), values, "1", "exponent of the displacement", "d ln MSD / d ln lag")
+    return found.assign_coords(lag=msd["lag"])
+
+
+def _interval(dataset: xr.Dataset) -> float:
+    """Time between frames."""
+    times = dataset["time"].to_numpy()
+    spacing = np.diff(times)
+    if len(times) < 3 or np.ptp(spacing) > 1e-6 * spacing[0]:
+        raise ValueError("three frames or more at even times are needed: choose some with dataset.isel(frame=…)")
+    return float((times[-1] - times[0]) / (len(times) - 1))

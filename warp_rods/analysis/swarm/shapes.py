@@ -1,0 +1,94 @@
+"""Which shapes a swarm's rods have, frame by frame: what one snapshot tells, unlike the classes of motion.
+
+All is told from the twist-free bending k = Ω1 + iΩ2 in units of 1/L, whatever its gauge: the phase of k is that of
+the directors. Rods that failed are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis.measures import FRAMES, bending, described, lengths, need
+from warp_rods.analysis.swarm.data import blocks, sound
+from warp_rods.analysis.writhe import writhe
+from warp_rods.rods import modes
+
+MODES = 6
+"""Beam modes that stand for a shape."""
+STRAIGHT = 0.5
+"""Bending, root mean square along a rod times its length, below which it counts as straight: a U then turns by 24°."""
+WRITHED = 0.5
+"""Writhe, of either hand, from which a rod that turns by more than a whole turn is coiled."""
+
+
+class Snapshot(NamedTuple):
+    """What is known of rods at their moments, each [frame, rod]."""
+
+    size: np.ndarray
+    leading: np.ndarray
+    turns: np.ndarray
+    writhe: np.ndarray
+
+
+SHAPES: dict[str, Callable[[Snapshot], np.ndarray]] = {
+    "straight": lambda now: now.size < STRAIGHT,
+    "coiled": lambda now: (now.turns > 1) | (np.abs(now.writhe) > WRITHED),
+    "U": lambda now: now.leading == 0,
+    "S": lambda now: now.leading == 1,
+    "W": lambda now: now.leading == 2,
+    "higher": lambda now: now.leading > 2,
+}
+"""What each class means; the first that holds gives the name: ``leading`` is the largest beam mode, ``turns`` those
+of the tangent from end to end in the plane, |∫ k ds|/2π. Writhe is taken where ∫ |k| ds is more than 2π."""
+
+
+def shape_shares(dataset: xr.Dataset) -> xr.DataArray:
+    """Share of the rods in each class of ``SHAPES`` (frame, shape); they add up to one.
+
+    A rod is straight while its bending, root mean square along it times its length, is below ``STRAIGHT`` (a U that
+    turns by 24°); coiled once it turns by more than a whole turn, or writhes; else called by its largest beam mode:
+    U, S, W for the first three, higher for others. Energies tell how much of it there is.
+    Raises ValueError where there are no strains, or the rods are no swimmers.
+    """
+    shapes = shape_of(dataset)
+    counts = np.stack([(shapes == name).mean("rod").to_numpy() for name in SHAPES], axis=1)
+    found = described(dataset, ("frame", "shape"), counts, "1", "share of the rods", "k on the beam modes, (4.35)")
+    return found.assign_coords(shape=list(SHAPES))
+
+
+def shape_of(dataset: xr.Dataset) -> xr.DataArray:
+    """Name of each rod's shape (frame, rod), by the table ``SHAPES``.
+
+    Raises ValueError as ``shape_shares``.
+    """
+    need(dataset, "strain", "activity", "position")
+    dataset = sound(dataset)
+    names, first = [], 0
+    for strain in blocks(dataset["strain"].transpose("frame", "rod", "node", "axis"), "shapes"):
+        frames = dataset.isel(frame=slice(first, first + len(strain)))
+        now = _snapshot(frames.assign(strain=(("frame", "rod", "node", "axis"), strain)))
+        names.append(np.select([holds(now) for holds in SHAPES.values()], list(SHAPES), ""))
+        first += len(strain)
+    found = described(dataset, FRAMES, np.concatenate(names), "1", "shape", "k on the beam modes, (4.35)")
+    return found.assign_coords(rod=dataset["rod"])
+
+
+def _snapshot(frames: xr.Dataset) -> Snapshot:
+    s = frames["s"].to_numpy()
+    k = bending(frames, twist_free=True) * lengths(frames)[:, None]
+    square = sum(modes.coefficients(part, s, MODES) ** 2 for part in (k.real, k.imag))
+    folded = np.trapezoid(np.abs(k), s, axis=-1) > 2 * np.pi
+    found = np.zeros(folded.shape)
+    if folded.any():
+        position = frames["position"].transpose("frame", "rod", "node", "axis").to_numpy()
+        found[folded] = writhe(position[folded])
+    return Snapshot(
+        size=np.sqrt(np.trapezoid(np.abs(k) ** 2, s, axis=-1)),
+        leading=np.argmax(square, axis=-1),
+        turns=np.abs(np.trapezoid(k, s, axis=-1)) / (2 * np.pi),
+        writhe=found,
+    )

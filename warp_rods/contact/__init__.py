@@ -1,0 +1,1 @@
+"""Contact: neighbours, walls, placement without overlap, and the steps that contact allows."""

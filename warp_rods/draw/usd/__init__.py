@@ -1,0 +1,1 @@
+"""The animation of a run as USD."""

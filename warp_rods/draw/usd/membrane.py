@@ -1,0 +1,75 @@
+"""The membrane in a USD stage: a mesh with its curvatures, and where it moves, its points at every frame."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from warp_rods.draw.usd.curves import bind, with_progress
+from warp_rods.membranes.mesh import Curvatures, Mesh, curvatures, follow, triangulate
+from warp_rods.membranes.surfaces import Surface
+
+_CELLS, _CELLS_MOVING = 96, 48
+"""Of the mesh along the longest edge of its box; a moving one is stored at every frame."""
+_SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
+
+
+def draw_membrane(
+    stage: Any, surface: Surface, times: np.ndarray, look: Any, path: str = "/World/Membrane"
+) -> np.ndarray:
+    """The mesh of a surface, of a moving one with samples at ``times`` [frame]; its points, of all frames.
+
+    A point that is lost on the way stays where it was, with a warning.
+    """
+    from pxr import UsdGeom, Vt
+
+    mesh = triangulate(surface, _CELLS_MOVING if surface.moving else _CELLS)
+    prim = UsdGeom.Mesh.Define(stage, path)
+    prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim.CreateDoubleSidedAttr(True)
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(mesh.triangles), 3, np.int32)))
+    prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.triangles.ravel().astype(np.int32)))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    bind(prim, look)
+    if not surface.moving:
+        _set(prim, mesh, curvatures(surface, mesh.points))
+        return mesh.points
+    boxes, lost = [], 0
+    for frame in with_progress(len(times), "USD: membrane"):
+        now = surface.at(float(times[frame]))
+        mesh, missed = follow(mesh, now)
+        lost = max(lost, missed)
+        _set(prim, mesh, curvatures(now, mesh.points), frame)
+        boxes += [mesh.points.min(axis=0), mesh.points.max(axis=0)]
+    if lost:
+        warnings.warn(f"{lost} points of the membrane's mesh lost the moving membrane and stay behind", stacklevel=2)
+    return np.array(boxes)
+
+
+def _set(prim: Any, mesh: Mesh, found: Curvatures, *frame: int) -> None:
+    """Points, normals, extent and curvatures: at a frame, or for good."""
+    from pxr import Vt
+
+    extent = np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
+    rows = ((prim.CreatePointsAttr(), mesh.points), (prim.CreateNormalsAttr(), mesh.normals))
+    for attribute, values in (*rows, (prim.CreateExtentAttr(), extent)):
+        attribute.Set(Vt.Vec3fArray.FromNumpy(values.astype(np.float32)), *frame)
+    _set_curvatures(prim, found, *frame)
+
+
+def _set_curvatures(prim: Any, found: Curvatures, *frame: int) -> None:
+    """What the membrane's own bending is, at each point of its mesh."""
+    from pxr import Sdf, UsdGeom, Vt
+
+    kinds, both = Sdf.ValueTypeNames, found.principal
+    rows = (
+        ("principalCurvatures", kinds.Float2Array, Vt.Vec2fArray, both, f"1/length, {_SIGN}; ascending"),
+        ("gaussianCurvature", kinds.FloatArray, Vt.FloatArray, found.gaussian, "1/length^2, their product"),
+        ("meanCurvature", kinds.FloatArray, Vt.FloatArray, found.mean, f"1/length, H = −∇·n/2, {_SIGN}"),
+    )
+    for name, kind, array, values, documentation in rows:
+        primvar = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, UsdGeom.Tokens.vertex)
+        primvar.Set(array.FromNumpy(values.astype(np.float32)), *frame)
+        primvar.GetAttr().SetDocumentation(documentation)

@@ -1,0 +1,82 @@
+"""Level sets from what a microscope or a modeller gives: signed distance to segmented cells, to a closed mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import warp as wp
+from scipy import ndimage
+
+from warp_rods.kernels.surface.mesh_distance import signed_distance
+
+VOXELS_SMOOTHED, EDGES_SMOOTHED = 4.0, 2.0
+"""Widths, in grid spacings, of the Gaussian that takes away the steps of voxels and the edges of triangles."""
+MARGIN = 8
+"""Grid spacings kept free round a mesh."""
+
+
+class ShapeError(ValueError):
+    """A file that gives no membrane; its message follows the key path."""
+
+
+def from_cells(inside: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """Smoothed signed distance [x, y, z] to the boundary of the cells that are True, negative in them."""
+    if inside.all() or not inside.any():
+        raise ShapeError("its cells are all inside or all outside: there is no boundary")
+    half = spacing.min() / 2  # the boundary runs between the centres of cells
+    outer = ndimage.distance_transform_edt(~inside, sampling=spacing) - half
+    inner = ndimage.distance_transform_edt(inside, sampling=spacing) - half
+    return _smoothed(np.where(inside, -inner, outer), VOXELS_SMOOTHED)
+
+
+def _smoothed(distance: np.ndarray, width: float) -> np.ndarray:
+    """2Gφ − GGφ: a Gaussian G alone would move a membrane inwards by its mean curvature times width²."""
+    once = ndimage.gaussian_filter(distance, width, mode="nearest")
+    return 2 * once - ndimage.gaussian_filter(once, width, mode="nearest")
+
+
+def read_mesh(path: Path) -> Any:
+    """The triangles of an OBJ, STL or PLY file, outward; raises ShapeError where they enclose nothing."""
+    import trimesh
+
+    try:
+        mesh = trimesh.load_mesh(path)
+    except Exception as error:  # each reader of that library has its own
+        raise ShapeError(f"cannot be read as a mesh: {error}") from None
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        raise ShapeError("holds no triangles")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    if not mesh.is_watertight:
+        raise ShapeError("is not closed: some edges have a triangle on one side only")
+    if not mesh.is_winding_consistent:
+        raise ShapeError("has triangles that face in and others that face out")
+    if mesh.volume < 0:
+        mesh.invert()
+    return mesh
+
+
+def nodes_round(mesh: Any, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First node [3] and numbers of nodes [3] of a grid round a mesh, centred on it, with room to spare."""
+    low, high = mesh.bounds
+    count = np.ceil((high - low) / spacing).astype(int) + 1 + 2 * MARGIN
+    return (low + high - (count - 1) * spacing) / 2, count
+
+
+def from_mesh(mesh: Any, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Smoothed signed distance [x, y, z] on a grid round the mesh, negative inside, and the grid's first node [3]."""
+    first, count = nodes_round(mesh, spacing)
+    centre, size = first + (count - 1) * spacing / 2, float(np.max(count * spacing))
+    axes = [np.arange(n) * h + a for n, h, a in zip(count, spacing, first, strict=True)]
+    x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    # Warp's meshes are float32: the numbers are made of order one first.
+    triangles: Any = wp.Mesh(
+        points=wp.array((mesh.vertices - centre) / size, dtype=wp.vec3, device="cpu"),
+        indices=wp.array(np.ravel(mesh.faces), dtype=wp.int32, device="cpu"),
+        support_winding_number=True,
+    )
+    points: Any = wp.array((x - centre) / size, dtype=wp.vec3, device="cpu")
+    distance: Any = wp.zeros(len(x), dtype=wp.float64, device="cpu")
+    wp.launch(signed_distance, dim=len(x), inputs=[triangles.id, 10.0, points, distance], device="cpu")
+    return _smoothed(size * distance.numpy().reshape(count), EDGES_SMOOTHED), first

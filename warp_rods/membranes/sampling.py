@@ -1,0 +1,66 @@
+"""Where filaments start: uniform in area and isotropic in angle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warp_rods.errors import SceneError
+from warp_rods.membranes.surfaces import Surface
+
+LINES = 500
+SAMPLES = 256
+"""Points on each line at which the sign of φ is looked at."""
+
+
+def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Points [count, 3] on the surface (of an open one: on the patch in its box), uniform in area.
+
+    Crofton: straight lines, isotropic and uniform in offset, meet every piece of surface in proportion to its
+    area. Raises SceneError where lines through the box find no surface.
+    """
+    found: list[np.ndarray] = []
+    wanted = 4 * count  # drawn from more, so that points of one line seldom meet again
+    while sum(map(len, found)) < wanted:
+        points = _crossings(surface, LINES, rng)
+        found.append(points)
+        if len(found) == 10 and not sum(map(len, found)):
+            low, high = surface.box
+            raise SceneError(f"surface: no point of φ = 0 was found in its box {low.tolist()} to {high.tolist()}")
+    return rng.choice(np.concatenate(found), size=count, replace=False)
+
+
+def _crossings(surface: Surface, lines: int, rng: np.random.Generator) -> np.ndarray:
+    """Where random lines cross φ = 0 inside the box [n, 3]."""
+    low, high = surface.box
+    centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
+    d = _unit(rng.normal(size=(lines, 3)))
+    e1, e2 = _normals(d)
+    rho, angle = radius * np.sqrt(rng.uniform(size=lines)), rng.uniform(0, 2 * np.pi, size=lines)
+    foot = centre + rho[:, None] * (np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2)
+    t = np.linspace(-radius, radius, SAMPLES)
+    positive = surface.phi(foot[:, None] + t[:, None] * d[:, None]) > 0
+    line, cell = np.nonzero(positive[:, 1:] != positive[:, :-1])
+    a, b, outside = t[cell], t[cell + 1], positive[line, cell + 1]
+    for _ in range(50):
+        middle = (a + b) / 2
+        beyond = (surface.phi(foot[line] + middle[:, None] * d[line]) > 0) == outside
+        a, b = np.where(beyond, a, middle), np.where(beyond, middle, b)
+    points = foot[line] + a[:, None] * d[line]
+    return points[((points >= low) & (points <= high)).all(axis=1)]
+
+
+def isotropic_directions(surface: Surface, points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Unit tangents [count, 3] at points on the surface, isotropic in the tangent plane."""
+    e1, e2 = _normals(surface.normal(points))
+    angle = rng.uniform(0, 2 * np.pi, size=(len(points), 1))
+    return np.cos(angle) * e1 + np.sin(angle) * e2
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def _normals(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors [n, 3] across each unit vector d [n, 3]."""
+    e1 = _unit(np.cross(d, np.eye(3)[np.argmin(np.abs(d), axis=-1)]))
+    return e1, np.cross(d, e1)

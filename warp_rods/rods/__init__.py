@@ -1,0 +1,1 @@
+"""Ensembles of rods: parameters, state and step; one folder a kind of rod."""

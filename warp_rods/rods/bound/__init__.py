@@ -1,0 +1,1 @@
+"""Filaments bound to a membrane."""

@@ -1,0 +1,1 @@
+"""Free rods: active swimmers and passive rods in space."""

@@ -1,0 +1,78 @@
+"""What is saved of a frame: the names, shapes, units and sources of a trajectory's variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One array of the store.
+
+    ``dims`` are of ``frame``, ``rod``, ``node``, ``axis`` (3) and ``quaternion`` (4); ``units`` are in the
+    scene's own units of length, force and time; ``source`` is the equation, in model.md or the thesis.
+    """
+
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    source: str
+
+
+_ROD = ("frame", "rod")
+_NODE = ("frame", "rod", "node")
+_VECTOR = ("frame", "rod", "node", "axis")
+_QUATERNION = ("frame", "rod", "node", "quaternion")
+TIME = Variable(("frame",), "float64", "time", "time", "")
+STATIC = {
+    "length": Variable(("rod",), "float64", "length", "length of the rod", ""),
+    "bend": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
+    "twist": Variable(("rod",), "float64", "1", "twisting stiffness β∥", "B∥/f*L³"),
+    "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
+    "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
+    "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
+    "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B of twist, two bendings", "(5.28)"),
+    "period": Variable(("axis",), "float64", "length", "period of the box along each axis, inf where it is open", ""),
+    "intrinsic": Variable(("rod", "axis"), "float64", "1/length", "σ: the strains without elastic energy", "(5.28)"),
+}
+"""What a group may keep that never changes."""
+ARC = Variable(("node",), "float64", "1", "arc length over rod length, from the middle", "")
+
+_EVERY_ROD = {
+    "position": Variable(_VECTOR, "float64", "length", "centre line", "∂s r = q0, (4.29)"),
+    "strain": Variable(_VECTOR, "float64", "1/length", "twist and two bendings, material frame", "∂s R = R Ω×, (4.30)"),
+    "orientation": Variable(_QUATERNION, "float32", "1", "material frame as quaternion x, y, z, w", "(4.30)"),
+    "tension": Variable(_NODE, "float32", "force", "tension", "(4.16)"),
+    "energy_density": Variable(_NODE, "float32", "force", "elastic energy per length", "½ Σ B_i (Ω_i − σ_i)², (5.29)"),
+    "energy": Variable(_ROD, "float64", "force*length", "elastic energy", "∫ of its density ds, (5.28)"),
+    "dissipation": Variable(_ROD, "float64", "force*length/time", "power lost to drag", "∫ u·ζu + ζr ω0² ds"),
+    "steric_energy": Variable(
+        _ROD, "float64", "force*length", "steric energy, a pair's shared by halves", "½ Σ w_i w_j G, (5.27)"
+    ),
+    "status": Variable(_ROD, "int32", "1", "0 where the rod is sound", ""),
+}
+
+FILAMENT_VARIABLES: dict[str, Variable] = {
+    **_EVERY_ROD,
+    "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
+    "growth_power": Variable(_ROD, "float64", "force*length/time", "energy that growth brings in", "dL/dt e(tip)"),
+    "membrane_power": Variable(
+        _ROD, "float64", "force*length/time", "power of a moving membrane", "docs/moving_membranes.md"
+    ),
+    "gauss": Variable(_ROD, "float64", "1/length^2", "Gaussian curvature at the midpoint", "K11 K22 − K12²"),
+    "load": Variable(_VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)"),
+    "load_moment": Variable(
+        _NODE, "float32", "force", "moment on the membrane per length, about the tangent", "χ of (5.31), (D.33)"
+    ),
+    "constraint": Variable(_ROD, "float64", "length", "worst distance to the membrane", "max |φ|/|∇φ|"),
+    "orthogonality": Variable(_ROD, "float64", "1", "worst tangent out of the membrane", "max |q·n|"),
+    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", ""),
+}
+
+SWIMMER_VARIABLES: dict[str, Variable] = {
+    **_EVERY_ROD,
+    "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
+    "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
+    "power": Variable(_ROD, "float64", "force*length/time", "power of flagella and forces", "∫ f u0 + M f ω0 + f·u ds"),
+}

@@ -1,0 +1,112 @@
+"""The table [box] of a scene: where swimmers live, and what keeps them there."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator
+
+from warp_rods.membranes import in_time
+from warp_rods.scene.checks import Faults, Table, a_number, fault, refuse, row
+from warp_rods.scene.tables import Surface
+
+Positive = Annotated[float, a_number("positive")]
+
+KINDS: dict[str, dict[str, Any]] = {
+    "periodic": {},
+    "slab": {"wall": {}},
+    "container": {"side": "inside", "wall": {}},
+}
+"""Kind of a box → the keys that are not of every kind, and their defaults."""
+KEYS = {
+    "periodic": {"size", "fraction"},
+    "slab": {"size", "fraction", "height", "wall"},
+    "container": {"surface", "side", "wall"},
+}
+AXES = {"periodic": 3, "slab": 2}
+"""How many axes have a period."""
+
+
+def _size() -> PlainValidator:
+    def check(value: Any) -> tuple[float, ...]:
+        faults: Faults = []
+        length = len(value) if isinstance(value, (list, tuple)) else 0
+        read = row(value, ("positive",) * (length if length in AXES.values() else 3), (), faults)
+        refuse(faults)
+        return read
+
+    return PlainValidator(check)
+
+
+class Wall(Table):
+    """A soft wall: from a distance δ = ``range`` before it rods are pushed back by k (d + δ) per length."""
+
+    strength: Positive = Field(default=2000.0, description="a positive number: force per length and depth")
+    range: Positive = Field(default=0.05, description="a positive number: how far before the wall it begins to push")
+
+
+class Box(Table):
+    """Where swimmers live: a periodic box, a slab between two walls, or in or around a surface."""
+
+    kind: Literal["periodic", "slab", "container"] = Field(description='"periodic", "slab" or "container"')
+    size: Annotated[tuple[float, ...], _size()] | None = Field(
+        default=None, description="positive numbers: the periods along x, y and z (of a slab along x and y)"
+    )
+    fraction: Positive | None = Field(
+        default=None,
+        description="a positive number below 1: the share of the volume (of a slab of the area) that swimmers fill",
+    )
+    height: Positive | None = Field(default=None, description="a positive number: the distance of a slab's walls")
+    surface: Surface | None = Field(
+        default=None, description='a table as [surface], such as { kind = "sphere", radius = 3.0 }'
+    )
+    side: Literal["inside", "outside"] | None = Field(
+        default=None, description='"inside" or "outside": where of a container swimmers are'
+    )
+    wall: Wall | None = Field(default=None, description="a table { strength, range }")
+
+    @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        kind = data.get("kind")
+        return {**KINDS.get(kind, {}), **data} if isinstance(kind, str) else data
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        kind = good.get("kind")
+        if kind is None:
+            return []
+        faults = [
+            fault((key,), raw[key], f": a box of kind {kind} has no {key}; it has {', '.join(sorted(KEYS[kind]))}")
+            for key in sorted(raw.keys() & set().union(*KEYS.values()) - KEYS[kind])
+        ]
+        faults += [
+            fault((key,), raw, f": missing; must be {cls.model_fields[key].description}")
+            for key in ("height", "surface")
+            if key in KEYS[kind] and key not in raw
+        ]
+        faults += _wall_faults(good) if kind == "slab" and {"height", "wall"} <= good.keys() else []
+        return faults + _extent_faults(kind, raw, good)
+
+
+def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Faults of size and fraction, of which a periodic box has one, and of a container that moves."""
+    faults = []
+    if "size" in raw and "fraction" in raw:
+        faults.append(fault((), raw, ": size and fraction: one follows from the other; give one of them"))
+    if kind == "periodic" and not raw.keys() & {"size", "fraction"}:
+        faults.append(fault((), raw, ": size or fraction: missing; give one of them"))
+    if "size" in good and kind in AXES and len(good["size"]) != AXES[kind]:
+        text = f" = {list(good['size'])}: must be {AXES[kind]} positive numbers for a {kind} box"
+        faults.append(fault(("size",), good["size"], text))
+    if "fraction" in good and not good["fraction"] < 1:
+        faults.append(fault(("fraction",), good["fraction"], f" = {good['fraction']:g}: must be below 1"))
+    if "surface" in good and kind == "container" and in_time.moving(good["surface"]):
+        faults.append(fault(("surface",), good["surface"], ": a container must rest: give numbers, no texts in t"))
+    return faults
+
+
+def _wall_faults(good: dict[str, Any]) -> Faults:
+    """Walls that overlap: at z = 0, where one hands over to the other, the force would jump."""
+    least = 2 * good["wall"].get("range", Wall.model_fields["range"].default)
+    text = f" = {good['height']:g}: must be at least {least:g}, twice the range of the walls"
+    return [fault(("height",), good["height"], text)] if good["height"] < least else []

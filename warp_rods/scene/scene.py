@@ -1,0 +1,198 @@
+"""The scene: what a run simulates, read from TOML or built in Python, and checked before anything starts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from warp_rods.errors import SceneError
+from warp_rods.kernels.contact.steric import REACH
+from warp_rods.membranes.surfaces import KINDS, faults_in_time
+from warp_rods.scene.box import AXES, Box
+from warp_rods.scene.checks import Faults, Table, fault, key_path, plain, shown
+from warp_rods.scene.ensembles import Filaments, Swimmers
+from warp_rods.scene.tables import Steric, Surface, Time, Units
+from warp_rods.scene.toml import document
+
+
+class Scene(Table):
+    """A whole run: frozen, comparable, picklable. Parts may be given as dicts, arrays or their own classes.
+
+    Raises SceneError with a line for each fault.
+    """
+
+    title: str = Field(default="", description="text in quotes")
+    seed: int = Field(default=0, ge=0, lt=2**63, strict=True, description="a whole number from 0 to 2^63 − 1")
+    surface: Surface | None = Field(default=None, description="a table, [surface]")
+    filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
+    swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
+    box: Box | None = Field(default=None, description="a table, [box]")
+    steric: Steric | None = Field(default=None, description="a table, [steric]")
+    time: Time = Field(description="a table, [time], with an end")
+    units: Units | None = Field(default=None, description="a table, [units]")
+
+    def __init__(self, /, **tables: Any):
+        try:
+            super().__init__(**tables)
+        except ValidationError as error:
+            raise SceneError(_message(error)) from None
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scene:
+        """The scene in a TOML file; raises SceneError for a file that cannot be read, too."""
+        try:
+            return cls.parse(Path(path).read_text(encoding="utf-8-sig"), Path(path).resolve().parent)
+        except FileNotFoundError:
+            raise SceneError(f"{path}: there is no such file") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"{path}: cannot be read as text: {error}") from None
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def parse(cls, scene: str | Mapping[str, Any], folder: Path = Path()) -> Scene:
+        """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
+
+        Paths in a text start at ``folder``.
+        """
+        if not isinstance(scene, str):
+            return cls(**plain(dict(scene)))
+        try:
+            tables = tomllib.loads(scene)
+        except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
+            raise SceneError(f"this is not TOML: {error}") from None
+        box = tables.get("box")
+        for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
+            if isinstance(surface, dict) and isinstance(surface.get("file"), str):
+                surface["file"] = str(folder / surface["file"])
+        return cls(**tables)
+
+    def to_toml(self) -> str:
+        """The scene as TOML text with every default filled in; ``parse`` gives an equal scene back."""
+        return document(self._tables())
+
+    def hash(self) -> str:
+        """SHA-256 (hex) of the content, defaults included, whatever the file's order and spelling."""
+        return hashlib.sha256(json.dumps(self._tables(), sort_keys=True).encode()).hexdigest()
+
+    def _tables(self) -> dict[str, Any]:
+        return {key: value for key, value in self.model_dump(exclude_none=True).items() if value != ()}
+
+    @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """With swimmers in a box at random where the scene does not place them."""
+        swimmers = data.get("swimmers")
+        if "box" not in data or not isinstance(swimmers, list):
+            return data
+        placed = [{"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers]
+        return {**data, "swimmers": placed}
+
+    @property
+    def period(self) -> tuple[float, float, float]:
+        """The period of the box along each axis, 0 where there is none; length.
+
+        A ``fraction`` of the volume, or of a slab's area, is that of cells as wide as the steric core.
+        """
+        if self.box is None or self.box.kind not in AXES:
+            return (0.0, 0.0, 0.0)
+        size = self.box.size
+        if size is None and self.box.fraction is not None:
+            assert self.steric is not None  # the scene is refused without
+            cells = sum(table.count for table in self.swimmers)
+            size = _filled(self.box.kind, self.box.fraction, cells, self.steric.core)
+        return (*(size or (0.0, 0.0)), 0.0)[:3]  # type: ignore[return-value]
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good)]
+        if not raw.get("filaments") and not raw.get("swimmers"):
+            text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
+            faults.append(fault(("filaments",), raw, text))
+        if raw.get("filaments") and "surface" not in raw:
+            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(KINDS)}"
+            faults.append(fault(("surface",), raw, text))
+        if "surface" in good and "time" in good:
+            values = {key: value for key, value in good["surface"].items() if key != "kind"}
+            found = faults_in_time(good["surface"]["kind"], values, good["time"]["end"])
+            faults += [fault(("surface",), raw, text) for text in found]
+        return faults
+
+
+def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
+    """The periods of a box of which cells of length 1 and this width fill the fraction."""
+    filled = cells * width * (1.0 if kind == "slab" else math.pi / 4 * width)
+    return ((filled / fraction) ** (1 / AXES[kind]),) * AXES[kind]
+
+
+def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Faults between the box, the swimmers that live there and their sterics."""
+    faults: Faults = []
+    tables = good.get("swimmers") or ()
+    if "box" not in raw:
+        return [
+            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] for its room")
+            for i, table in enumerate(tables)
+            if isinstance(table.get("placement"), str)
+        ]
+    box, steric = good.get("box"), good.get("steric")
+    if not raw.get("swimmers"):
+        faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
+    if box and "fraction" in box and "steric" not in raw:
+        text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
+        faults.append(fault(("box", "fraction"), box, text))
+    return faults + (_width_faults(box, steric, tables) if box and steric else [])
+
+
+def _symmetry_faults(good: dict[str, Any]) -> Faults:
+    """Symmetric swimmers under forces that could break their symmetry."""
+    steric, box = good.get("steric"), good.get("box")
+    walls = box and box["kind"] != "periodic"
+    felt = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
+    forces = [name for name, there in felt.items() if there]
+    text = f" = true: not with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
+    return [
+        fault(("swimmers", i, "symmetric"), table, text)
+        for i, table in enumerate(good.get("swimmers") or ())
+        if forces and table.get("symmetric") is True
+    ]
+
+
+def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
+    """Of a node only the nearest image is felt: a box is to be wider than the reach to both sides."""
+    least = 2 * REACH * steric["range"]
+    said = f"must be above {least:g}, twice the reach of the sterics, 8 ranges"
+    if "size" in box:
+        text = f" = {shown(box['size'])}: {said}"
+        return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
+    if "fraction" not in box or box["kind"] not in AXES or not tables:
+        return []
+    side = _filled(box["kind"], box["fraction"], sum(table["count"] for table in tables), steric["core"])[0]
+    text = f" = {box['fraction']:g}: makes a box {side:.4g} wide; it {said}: place more swimmers, or fill less"
+    return [fault(("box", "fraction"), box, text)] if side <= least else []
+
+
+def _name_faults(raw: dict[str, Any]) -> Faults:
+    """Ensembles that share a name; case is not enough to tell two folders apart on every disk."""
+    first: dict[str, str] = {}
+    faults = []
+    for key in ("filaments", "swimmers"):
+        tables = raw.get(key)
+        for i, table in enumerate(tables if isinstance(tables, list) else []):
+            name = table.get("name") if isinstance(table, dict) else None
+            owner = first.setdefault(str(name).lower(), key_path((key, i)))
+            if isinstance(name, str) and owner != key_path((key, i)):
+                text = f" = {shown(name)}: is the name of {owner} already; each ensemble needs its own"
+                faults.append(fault((key, i, "name"), name, text))
+    return faults
+
+
+def _message(error: ValidationError) -> str:
+    lines = [f"  {key_path(line['loc'])}{line['msg']}" for line in error.errors(include_url=False)]
+    return f"{len(lines)} fault{'s' if len(lines) > 1 else ''} in the scene\n" + "\n".join(lines)

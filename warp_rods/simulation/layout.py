@@ -1,0 +1,242 @@
+"""From a scene to ensembles laid out on a device. One row of ``BUILDERS`` a kind of rod."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warp_rods.contact import arrangements as crowd
+from warp_rods.contact import barrier
+from warp_rods.contact.overlap import Space, overlapping, without_overlap
+from warp_rods.errors import SceneError
+from warp_rods.membranes import sampling as placement
+from warp_rods.membranes import surfaces
+from warp_rods.membranes.kinds import SPARE
+from warp_rods.membranes.surfaces import Surface
+from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.per_rod import each_node, each_rod
+from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
+from warp_rods.scene import ensembles as scene_ensembles
+from warp_rods.scene.scene import Scene
+from warp_rods.scene.tables import Steric
+
+SWIMMER_STEP = 1e-3
+"""Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
+FINE_ENOUGH = 0.3
+"""Radians of bending a cell up to which second order means about a per cent."""
+LIMIT_TIMES = 5
+"""Times of a run at which a moving membrane is looked at for bounds of the step and of the nodes."""
+DEEP = 0.5
+"""Of the steric core: rods that start closer are told; the force of a crossing is largest at about that distance."""
+LIMIT_SAMPLES = 400
+"""Points of the surface at which the orientation stiffness is looked at."""
+
+
+@dataclass
+class Layout:
+    """Ensembles by name, the bounds that they set on the step, and lines for the user."""
+
+    scene: Scene
+    device: Any
+    surface: Surface | None = None
+    ensembles: dict[str, Any] = field(default_factory=dict)
+    limits: dict[str, StepLimit] = field(default_factory=dict)
+    crowds: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
+    """Poses of swimmers that are arranged together, by arrangement and name."""
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def random(self, name: str) -> np.random.Generator:
+        """A generator of its own for each ensemble, so that adding one does not move the others."""
+        return np.random.default_rng([self.scene.seed, *name.encode()])
+
+    @property
+    def points(self) -> np.ndarray:
+        """Nodes [n, 3] of all that has been laid out."""
+        return np.concatenate([np.empty((0, 3)), *(e.position.reshape(-1, 3) for e in self.ensembles.values())])
+
+
+def lay_out(scene: Scene, device) -> Layout:
+    """Every ensemble of the scene on the device; raises SceneError naming the table that cannot be laid out."""
+    layout = Layout(scene, device)
+    if scene.surface:
+        layout.surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
+        if layout.surface.kind in surfaces.GIVEN and not layout.surface.closed:
+            layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
+    tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
+    # Rods that find their places themselves keep clear of those whose places are given, wherever these stand.
+    for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):
+        try:
+            BUILDERS[kind](layout, table)
+        except SceneError as error:
+            raise SceneError(f"{kind}[{index}].{error}") from None
+    layout.ensembles = {table.name: layout.ensembles[table.name] for _, _, table in tables}
+    if any(scene.period):
+        sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
+        layout.notes.append(f"box: periods {sides}, {sum(t.count for t in scene.swimmers)} swimmers")
+    for table in scene.swimmers:
+        if out := crowd.outside(scene, layout.ensembles[table.name].position):
+            layout.warnings.append(
+                f"{table.name}: {out} rods start through a wall of the box and will be flung back: place them inside"
+            )
+    if scene.steric and scene.steric.strength > 0:
+        layout.warnings += _steric_doubts(layout, scene.steric)
+    return layout
+
+
+def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:
+    """Lines on what rods may pass through each other."""
+    found = []
+    for name, rods in layout.ensembles.items():
+        spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
+        found += barrier.doubts(name, spacing, steric.strength, steric.range, steric.core, swims)
+    period = min((side for side in layout.scene.period if side), default=np.inf)
+    if layout.scene.swimmers and period < 1 + steric.core:
+        found.append(
+            f"the box is {period:.3g} wide, no more than a swimmer and the core: a swimmer may meet its own image, and "
+            f"starts where it is in its own way; make the box wider"
+        )
+    lines = [rods.position for rods in layout.ensembles.values()]
+    pairs = overlapping(lines, DEEP * steric.core, np.array(layout.scene.period))
+    if pairs:
+        found.append(
+            f"{pairs} pairs of rods start closer than {DEEP:g} of the steric core, where it hardly parts them, and "
+            f"not at all where they coincide: place them farther apart, or in a [box] at random"
+        )
+    return found
+
+
+def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
+    surface, scene = layout.surface, layout.scene
+    assert surface is not None  # the scene is refused without one
+    times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
+    for time in times:
+        _check_length(surface.at(time), table)
+
+    def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
+        parameters: dict[str, Any] = {
+            "length": each_rod(table.length, table.count)[rods],
+            **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
+        }
+        growth = None if table.growth is None else _some(table.growth, rods, table.count)
+        return BoundRods(
+            surface, position, direction, nodes=table.nodes, ends=table.ends, growth=growth, **parameters, **placed,
+            device=layout.device,
+        )  # fmt: skip
+
+    if table.placement == "random":
+        position, direction = _random(layout, table, build)
+        rods = build(position, direction)
+    else:
+        p = table.placement
+        turn = each_node(p.geodesic_curvature, table.count, table.nodes)
+        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=turn)
+    layout.ensembles[table.name] = rods
+    limits, coarse = [], []
+    for now in map(surface.at, times):
+        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
+        limits.append(filament_limits(now, points, rods))
+        coarse += _unresolved(now, table, points)
+    layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
+    layout.warnings += coarse[-1:]
+
+
+def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.ndarray) -> list[str]:
+    """A line where nodes are too far apart for the surface's curvature or the preferred one."""
+    spacing = float(np.max(table.length)) / (table.nodes - 1)
+    bend = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
+    sharpest = max(float(bend), float(np.abs(table.intrinsic).max()))
+    if spacing * sharpest <= FINE_ENOUGH:
+        return []
+    nodes = math.ceil(float(np.max(table.length)) * sharpest / FINE_ENOUGH) + 1
+    return [
+        f"{table.name}: nodes are {spacing:.3g} apart where curvatures reach {sharpest:.3g}: turning by more than "
+        f"{FINE_ENOUGH} a cell is coarse; use {nodes} nodes or more"
+    ]
+
+
+def _some(growth: scene_ensembles.Growth, rods: Any, count: int) -> dict[str, Any]:
+    """The growth of some of the rods."""
+    whole = growth.model_dump(exclude_none=True)
+    return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+
+
+def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
+    low, high = surface.box
+    around = math.pi * float((high - low).max()) / SPARE
+    growth = table.growth
+    grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
+    length = max(float(np.max(v)) for v in (table.length, *grown))
+    if surface.closed and length > around:
+        raise SceneError(
+            f"length = {length:g}: longer than once round the {surface.kind}'s widest extent, {around:.4g}: it would "
+            f"lie on itself; use a shorter filament or a larger surface"
+        )
+
+
+def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+    """Uniform in area, isotropic in angle; with sterics, no two closer than the core or a node spacing."""
+    surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
+    assert surface is not None
+    if steric is None:
+        position = placement.uniform_points(surface, table.count, rng)
+        return position, placement.isotropic_directions(surface, position, rng)
+    spacing = float(np.max(table.length)) / (table.nodes - 1)
+
+    def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+        position = placement.uniform_points(surface, len(rods), rng)
+        direction = placement.isotropic_directions(surface, position, rng)
+        return (position, direction), build(position, direction, rods).position
+
+    space = Space(layout.points, np.array(layout.scene.period))
+    found = without_overlap(table.count, draw, max(steric.core, spacing), space)
+    layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
+    position, direction = found.poses
+    return position, direction
+
+
+def _free_rods(layout: Layout, table: scene_ensembles.Swimmers, **placed) -> FreeRods:
+    names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
+    return FreeRods(
+        table.count,
+        table.nodes,
+        **{name: getattr(table, name) for name in names},
+        flagella=table.flagella.model_dump(),
+        shape=table.shape.model_dump(exclude_none=True),
+        **placed,
+        device=layout.device,
+    )
+
+
+def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarray]]:
+    """Middle points and frames of all swimmers with this placement, which find their places together, by name."""
+    tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
+    shapes = {table.name: _free_rods(layout, table).position for table in tables}
+    poses, note = crowd.arranged(arrangement, layout.scene, shapes, layout.points, layout.random(arrangement))
+    layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
+    return poses
+
+
+def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
+    placed: dict[str, np.ndarray] = {}
+    if isinstance(table.placement, str):
+        if table.placement not in layout.crowds:
+            layout.crowds[table.placement] = _arranged(layout, table.placement)
+        placed = layout.crowds[table.placement][table.name]
+    elif table.placement is not None:
+        placed = crowd.given(table.placement.position, table.placement.direction)
+    layout.ensembles[table.name] = _free_rods(layout, table, **placed)
+    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")
+    wall = layout.scene.box and layout.scene.box.wall
+    if wall:
+        drag = float(np.min(table.drag_ratio))
+        layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
+
+
+BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}
+"""Scene table → builder that adds an ensemble to the layout."""

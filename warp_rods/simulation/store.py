@@ -1,0 +1,110 @@
+"""The Zarr store under a trajectory: how a group of arrays is laid out, made and found again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from zarr.core.metadata import ArrayV3Metadata
+
+from warp_rods.errors import RunFolderError
+from warp_rods.rods.variables import ARC, TIME, Variable
+
+STORE = "trajectory.zarr"
+COMPLETE = "_complete_frames"
+# A chunk is rewritten for each frame that it holds (atomically, by renaming), so it stays small.
+_CHUNK_BYTES = 8_192
+# Arrays grow by so many frames at once, a multiple of every chunk: growing costs as much as writing.
+GROWTH = 64
+
+
+@dataclass(frozen=True)
+class GroupSpec:
+    """One ensemble: ``rods`` rods of ``nodes`` nodes, what is saved each frame, and what never changes.
+
+    ``static`` maps a name to its variable (no ``frame`` dim) and its values.
+    """
+
+    rods: int
+    nodes: int
+    variables: Mapping[str, Variable]
+    static: Mapping[str, tuple[Variable, np.ndarray]] = field(default_factory=dict)
+
+    def shape(self, variable: Variable) -> tuple[int, ...]:
+        """The shape of one frame of a variable."""
+        sizes = {"rod": self.rods, "node": self.nodes, "axis": 3, "quaternion": 4}
+        return tuple(sizes[dim] for dim in variable.dims if dim != "frame")
+
+
+def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
+    """An ensemble's group with all its arrays: the static ones filled, the others with no frame yet."""
+    # CF's "coordinates" is how xarray.open_datatree tells coordinates from data.
+    group = root.create_group(name, attributes={"coordinates": "time s"})
+    static = {"s": (ARC, np.linspace(-0.5, 0.5, spec.nodes)), **spec.static}
+    for label, (variable, values) in static.items():
+        shape = spec.shape(variable)
+        _create_array(group, label, variable, shape, shape)[...] = np.broadcast_to(values, shape)
+    for label, variable in {**spec.variables, "time": TIME}.items():
+        shape = spec.shape(variable)
+        frame_bytes = int(np.prod(shape)) * np.dtype(variable.dtype).itemsize
+        frames = next(n for n in (64, 32, 16, 8, 4, 2, 1) if n * frame_bytes <= _CHUNK_BYTES or n == 1)
+        _create_array(group, label, variable, (0, *shape), (frames, *shape))
+
+
+def _create_array(
+    group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], chunks: tuple[int, ...]
+) -> zarr.Array:
+    described = {"units": variable.units, "long_name": variable.long_name, "source": variable.source}
+    return group.create_array(
+        name,
+        shape=shape,
+        chunks=chunks,
+        compressors=None,  # the digits of a moving rod hardly compress, and it costs a third of the time
+        dtype=variable.dtype,
+        fill_value=np.nan if variable.dtype.startswith("float") else 0,
+        dimension_names=variable.dims,
+        attributes={key: text for key, text in described.items() if text},
+    )
+
+
+def open_store(path: Path, mode: Any) -> zarr.Group:
+    """The root of the store at ``path``; raises RunFolderError, saying what to do, where there is none."""
+    if not (path / "zarr.json").is_file():
+        raise RunFolderError(
+            f"There is no run in {path.parent}: {path.name} is missing. "
+            "Give the folder that `warp-rods run SCENE --out DIR` wrote."
+        )
+    try:
+        return zarr.open_group(path, mode=mode, use_consolidated=False)
+    except Exception as fault:
+        raise RunFolderError(f"{path} cannot be read ({fault}): run the scene again.") from fault
+
+
+def read_array(group: zarr.Group, name: str) -> zarr.Array:
+    """The array of that name (not the group)."""
+    array = group[name]
+    assert isinstance(array, zarr.Array)
+    return array
+
+
+def complete_frames(root: zarr.Group) -> int:
+    """How many frames are whole; raises RunFolderError where the store is another program's."""
+    if COMPLETE not in root:
+        raise RunFolderError(f"{root.store_path} is not a trajectory of warp-rods: run the scene again.")
+    return int(np.asarray(read_array(root, COMPLETE)[...]))
+
+
+def frame_arrays(group: zarr.Group) -> dict[str, zarr.Array]:
+    """The arrays of a group that grow with the run, by name."""
+    arrays = sorted(group.arrays())
+    return {name: array for name, array in arrays if dims_of(array)[:1] == ("frame",)}
+
+
+def dims_of(array: zarr.Array) -> tuple[str, ...]:
+    """The names of an array's dimensions."""
+    assert isinstance(array.metadata, ArrayV3Metadata)
+    return tuple(name or "" for name in array.metadata.dimension_names or ())

@@ -1,0 +1,190 @@
+"""The trajectory of a run: a Zarr store with one group an ensemble, written frame by frame.
+
+A frame is data first, then its time, then the count of complete frames: whatever stops a run, the store
+reads up to the last frame that is whole. ``open_run`` and ``xarray.open_datatree`` both read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from warp_rods.errors import RunFolderError
+from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
+from warp_rods.simulation.store import (
+    COMPLETE,
+    GROWTH,
+    STORE,
+    GroupSpec,
+    complete_frames,
+    create_group,
+    dims_of,
+    frame_arrays,
+    open_store,
+    read_array,
+)
+
+__all__ = [
+    "FILAMENT_VARIABLES",
+    "STORE",
+    "SWIMMER_VARIABLES",
+    "GroupSpec",
+    "TrajectoryWriter",
+    "Variable",
+    "open_run",
+]
+
+
+class _Column:
+    """One growing array; keeps the chunk that is being filled, so that it is written and never read back."""
+
+    def __init__(self, array: zarr.Array, frames: int) -> None:
+        self.array = array
+        self.chunk = np.full((array.chunks[0], *array.shape[1:]), array.fill_value, array.dtype)
+        filled = frames % len(self.chunk)
+        self.chunk[:filled] = array[frames - filled : frames]
+
+    def put(self, frame: int, values: Any) -> None:
+        first = frame - frame % len(self.chunk)
+        if frame == first:
+            self.chunk[...] = self.array.fill_value
+        if frame >= self.array.shape[0]:
+            self.resize(frame - frame % GROWTH + GROWTH)
+        self.chunk[frame - first] = values
+        self.array[first : first + len(self.chunk)] = self.chunk
+
+    def resize(self, frames: int) -> None:
+        self.array.resize((frames, *self.array.shape[1:]))
+
+
+class TrajectoryWriter:
+    """Appends frames to a store; use ``create`` or ``resume``, then ``append``, then ``close``.
+
+    ``frames`` is the number of complete frames.
+    """
+
+    def __init__(self, root: zarr.Group, frames: int) -> None:
+        self.frames = frames
+        self._complete = read_array(root, COMPLETE)
+        self._groups = {
+            name: {label: _Column(array, frames) for label, array in frame_arrays(group).items()}
+            for name, group in root.groups()
+        }
+
+    @classmethod
+    def create(
+        cls, path: str | Path, groups: Mapping[str, GroupSpec], attributes: Mapping[str, Any]
+    ) -> TrajectoryWriter:
+        """A new store at ``path``; ``attributes`` (title, scene, seed, units, …) go to its root.
+
+        Raises RunFolderError where something is at ``path`` already.
+        """
+        path = Path(path)
+        if path.exists():
+            raise RunFolderError(f"{path} exists already: remove it, or choose another folder.")
+        root = zarr.create_group(path, attributes={"warp_rods_version": version("warp-rods"), **attributes})
+        root.create_array(COMPLETE, shape=(), dtype="int64", dimension_names=())
+        for name, spec in groups.items():
+            create_group(root, name, spec)
+        return cls(root, 0)
+
+    @classmethod
+    def resume(
+        cls, path: str | Path, frames: int | None = None, attributes: Mapping[str, Any] | None = None
+    ) -> TrajectoryWriter:
+        """Goes on with a store, cut to its complete frames, or to the first ``frames`` of them.
+
+        ``attributes`` of its root are those of the run that goes on: its scene may end later.
+
+        Raises RunFolderError where there is no store, or it has fewer than ``frames`` complete frames.
+        """
+        root = open_store(Path(path), "r+")
+        complete = complete_frames(root)
+        keep = complete if frames is None else frames
+        if not 0 <= keep <= complete:
+            raise RunFolderError(f"{path} has {complete} complete frames, {keep} are needed to go on.")
+        root.attrs.update(attributes or {})
+        read_array(root, COMPLETE)[...] = keep
+        for _, group in root.groups():
+            for array in frame_arrays(group).values():
+                array.resize((keep, *array.shape[1:]))
+        return cls(root, keep)
+
+    def append(self, time: float, frames: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        """Saves one frame: ``frames[group][variable]``, every variable of every group, without frame axis.
+
+        Raises ValueError where a group, a variable or a shape is not the one declared; nothing is written.
+        """
+        self._check(frames)
+        for name, columns in self._groups.items():
+            for variable, values in frames[name].items():
+                columns[variable].put(self.frames, values)
+        for columns in self._groups.values():
+            columns["time"].put(self.frames, time)
+        self.frames += 1
+        self._complete[...] = self.frames
+
+    def close(self) -> None:
+        """Cuts the arrays to the frames appended, all of which are on disk already."""
+        for columns in self._groups.values():
+            for column in columns.values():
+                column.resize(self.frames)
+        self._groups = {}
+
+    def _check(self, frames: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        _same_names("groups", frames, self._groups)
+        for name, columns in self._groups.items():
+            _same_names(f"variables of {name}", {"time": None, **frames[name]}, columns)
+            for variable, values in frames[name].items():
+                declared = columns[variable].array.shape[1:]
+                if np.shape(values) != declared:
+                    raise ValueError(f"{name}/{variable}: shape {np.shape(values)}, declared {declared}")
+
+
+def open_run(run_dir: str | Path) -> xr.DataTree:
+    """The trajectory of a run, complete frames only, read lazily: one group an ensemble.
+
+    Works while the run goes on and after one that was killed. Raises RunFolderError where there is no run.
+    """
+    root = open_store(Path(run_dir) / STORE, "r")
+    frames = complete_frames(root)
+    tree = {name: _dataset(group, frames) for name, group in root.groups()}
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=dict(root.attrs)), **dict(sorted(tree.items()))})
+
+
+class _Frames(BackendArray):
+    """A Zarr array cut to its complete frames, for xarray to read lazily."""
+
+    def __init__(self, array: zarr.Array, shape: tuple[int, ...]) -> None:
+        self.array, self.shape, self.dtype = array, shape, array.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        first = slice(*key[0].indices(self.shape[0])) if isinstance(key[0], slice) else key[0]
+        return self.array.oindex[(first, *key[1:])]
+
+
+def _dataset(group: zarr.Group, frames: int) -> xr.Dataset:
+    variables = {}
+    for name, array in sorted(group.arrays()):
+        dims = dims_of(array)
+        # The arrays of a run that goes on, or was stopped, are longer than its complete frames.
+        shape = (frames, *array.shape[1:]) if dims[:1] == ("frame",) else array.shape
+        lazy = indexing.LazilyIndexedArray(_Frames(array, shape))
+        variables[name] = xr.Variable(dims, lazy, dict(array.attrs))
+    return xr.Dataset(variables).set_coords(["time", "s"])
+
+
+def _same_names(what: str, given: Mapping[str, Any], declared: Mapping[str, Any]) -> None:
+    if given.keys() != declared.keys():
+        raise ValueError(f"{what}: given {sorted(given)}, declared {sorted(declared)}")

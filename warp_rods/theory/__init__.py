@@ -1,0 +1,1 @@
+"""Linear theory, fixed shapes, continuation, buckling."""

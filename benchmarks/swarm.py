@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import warp as wp
 
-from warp_rods.rods.recorded import cores
+from warp_rods.device import cores
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 

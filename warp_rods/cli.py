@@ -11,8 +11,8 @@ import typer
 import warp as wp
 from rich.console import Console
 
+from warp_rods.device import start as start_warp
 from warp_rods.errors import SceneError, WarpRodsError
-from warp_rods.quiet import start_warp
 
 app = typer.Typer(
     no_args_is_help=True,

@@ -9,11 +9,13 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.bound.rod import spin, strain
+from warp_rods.kernels.bound.rod import node_velocity, spin, strain
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import OFF_SURFACE, WELL, History, node_velocity
+from warp_rods.kernels.bound.step import History
+from warp_rods.kernels.clock import RATIO, STEP, TIME
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import advance, advance_along
+from warp_rods.kernels.status import OFF_SURFACE, SOUND
 from warp_rods.kernels.surface.geometry import (
     Parameters,
     curvature,
@@ -98,17 +100,19 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         settle(f, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def advance_middle(f: Filaments, past: History, parameters: wp.array(dtype=Parameters)):
+    def advance_middle(
+        f: Filaments, past: History, parameters: wp.array(dtype=Parameters), clock: wp.array(dtype=wp.float64)
+    ):
         """The middle frame over one step by AB2-Magnus, and onto the surface.
 
         Two Newton steps: the first leaves an error of second order in a step that may be long at the start.
         """
         rod = wp.tid()
-        if f.status[rod] != WELL:
+        if f.status[rod] != SOUND:
             return
         middle = f.anchor
-        dt = past.pace[0][0]
-        ratio = past.pace[0][1]
+        dt = clock[STEP]
+        ratio = clock[RATIO]
         omega = spin(f, rod, middle)
         u = node_velocity(f, rod, middle)
         omega_mean = extrapolate(omega, past.spin[rod], ratio)
@@ -119,7 +123,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         x = on_phi(parameters[0], on_phi(parameters[0], r))
         if not (wp.length(x - r) < FAR * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
             f.status[rod] = OFF_SURFACE
-            past.failed_at[rod] = past.clock[0]
+            past.failed_at[rod] = clock[TIME]
             return
         settle(f, parameters[0], rod, middle, R, x)
 
@@ -127,17 +131,17 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
     def rebuild(f: Filaments, parameters: wp.array(dtype=Parameters), middle: int):
         """Frames from the middle node to either end; one thread a half rod."""
         rod, side = wp.tid()
-        if f.status[rod] != WELL:
+        if f.status[rod] != SOUND:
             return
-        way = 2 * side - 1
+        direction = 2 * side - 1
         count = middle
         if side == 1:
             count = f.geodesic.shape[1] - 1 - middle
         guess = f.curvature[rod, middle]
         for k in range(count):
-            i = middle + way * k
-            cell(f, parameters[0], rod, i, i + way, guess)
-            guess = real(2.0) * f.curvature[rod, i + way] - f.curvature[rod, i]
+            i = middle + direction * k
+            cell(f, parameters[0], rod, i, i + direction, guess)
+            guess = real(2.0) * f.curvature[rod, i + direction] - f.curvature[rod, i]
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: wp.array(dtype=Parameters), worst: wp.array(dtype=wp.vec3d)):
@@ -168,8 +172,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         phi1, g1, _H1 = field(r, parameters[2])
         _phi, g, H = field(r, parameters[0])
         V, slope = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
-        f.lift[rod, i] = V
-        f.tilt[rod, i] = wp.dot(second_column(f.rotation[rod, i]), slope)
+        f.normal_velocity[rod, i] = V
+        f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), slope)
 
     return SimpleNamespace(
         place=place, advance_middle=advance_middle, rebuild=rebuild, residuals=residuals, motion=motion

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warp_rods.kernels.bound.membrane_motion import carried_spin
+from warp_rods.kernels.bound.membrane_motion import membrane_spin
 from warp_rods.kernels.bound.rod import spin
 from warp_rods.kernels.bound.state import Filaments, per_rod, scalars, vectors
 from warp_rods.kernels.layout import real
@@ -41,7 +41,7 @@ def membrane_load(f: Filaments, shear3: scalars, rod: int, i: int) -> wp.vec3d:
     shear2 = -derivative(f.moment, rod, i, h)[2] - f.shear[rod, i]
     f3 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(0.0), real(0.0), real(1.0)), f.force[rod, i])
     press = derivative(shear3, rod, i, h) + K[1] * shear2 + K[0] * f.tension[rod, i] + f3
-    press -= f.drag[rod][1] * f.lift[rod, i]
+    press -= f.drag[rod][1] * f.normal_velocity[rod, i]
     return wp.vec3d(-chi * K[1], -chi * K[2], press)
 
 
@@ -49,8 +49,8 @@ def membrane_load(f: Filaments, shear3: scalars, rod: int, i: int) -> wp.vec3d:
 def edge_power(f: Filaments, shear3: scalars, rod: int, i: int) -> real:
     """m1 V_1 − m2 V' + λ3 V: what a moving membrane gives to the rod beyond node i, an end, through its section."""
     m = f.moment[rod, i]
-    turned = carried_spin(f, rod, i)
-    return m[0] * turned[0] + m[1] * turned[1] + shear3[rod, i] * f.lift[rod, i]
+    turned = membrane_spin(f, rod, i)
+    return m[0] * turned[0] + m[1] * turned[1] + shear3[rod, i] * f.normal_velocity[rod, i]
 
 
 @wp.kernel
@@ -61,7 +61,7 @@ def membrane_powers(f: Filaments, shear3: scalars, power: per_rod):
     total = edge_power(f, shear3, rod, nodes - 1) - edge_power(f, shear3, rod, 0)
     for i in range(nodes):
         press = membrane_load(f, shear3, rod, i)[2]
-        given = press * f.lift[rod, i] + orientation_moment(f, rod, i) * f.tilt[rod, i]
+        given = press * f.normal_velocity[rod, i] + orientation_moment(f, rod, i) * f.normal_velocity_slope[rod, i]
         total -= trapezoid_weight(i, nodes, f.spacing[rod]) * given
     power[rod] = total
 

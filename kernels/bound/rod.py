@@ -15,7 +15,13 @@ A membrane that moves along n with velocity V adds K11 V to the last line, and �
 
 import warp as wp
 
-from warp_rods.kernels.bound.membrane_motion import carried_spin, carried_turning, rolling, rolling_along, squeeze
+from warp_rods.kernels.bound.membrane_motion import (
+    membrane_spin,
+    membrane_turning,
+    roll_drag_across,
+    roll_drag_along,
+    shortening,
+)
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.stencils import (
@@ -83,7 +89,7 @@ def moment_curvature(f: Filaments, rod: int, i: int) -> wp.vec3d:
 
 
 @wp.func
-def transverse_load(f: Filaments, rod: int, i: int) -> real:
+def transverse_force(f: Filaments, rod: int, i: int) -> real:
     """Y2 = F2 − Ωλ, F2 of (5.42)."""
     h = f.spacing[rod]
     K = f.curvature[rod, i]
@@ -92,19 +98,19 @@ def transverse_load(f: Filaments, rod: int, i: int) -> real:
     ddm = moment_curvature(f, rod, i)
     f2 = wp.dot(wp.transpose(f.rotation[rod, i]) * f.force[rod, i], wp.vec3d(real(0.0), real(1.0), real(0.0)))
     turning = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[rod, i] + gaussian(K) * m[2]
-    push = f2 - rolling(f, rod, i)
+    push = f2 - roll_drag_across(f, rod, i)
     return -ddm[2] - turning - derivative(f.shear, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + push
 
 
 @wp.func
-def tangential_load(f: Filaments, rod: int, i: int) -> real:
+def tangential_force(f: Filaments, rod: int, i: int) -> real:
     """Y1 = Ω·m' + f1 at i + 1/2 (5.41)."""
     h = f.spacing[rod]
     here = strain(f.curvature[rod, i], f.geodesic[rod, i])
     there = strain(f.curvature[rod, i + 1], f.geodesic[rod, i + 1])
     f1 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i])
     g1 = wp.dot(f.rotation[rod, i + 1] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i + 1])
-    push = real(0.5) * (f1 + g1) - rolling_along(f, rod, i)
+    push = real(0.5) * (f1 + g1) - roll_drag_along(f, rod, i)
     return wp.dot(real(0.5) * (here + there), half_difference(f.moment, rod, i, h)) + push
 
 
@@ -114,10 +120,10 @@ def velocity_along(f: Filaments, rod: int, i: int) -> real:
     last = f.geodesic.shape[1] - 1
     half = real(0.5) * f.spacing[rod]
     if i == 0:
-        return f.along[rod, 0] - half * f.geodesic[rod, 0] * f.across[rod, 0] - half * squeeze(f, rod, 0)
+        return f.along[rod, 0] - half * f.geodesic[rod, 0] * f.across[rod, 0] - half * shortening(f, rod, 0)
     if i == last:
         flow = f.along[rod, last - 1] + half * f.geodesic[rod, last] * f.across[rod, last]
-        return flow + half * squeeze(f, rod, last)
+        return flow + half * shortening(f, rod, last)
     return half_average(f.along, rod, i - 1)
 
 
@@ -128,10 +134,10 @@ def velocity_across(f: Filaments, rod: int, i: int) -> real:
     if is_clamped(f, i):
         return real(0.0)
     K = f.curvature[rod, i]
-    pull = (f.geodesic[rod, i] * f.tension[rod, i] + f.load[rod, i]) / transverse_drag(K, f.drag[rod])
+    pull = (f.geodesic[rod, i] * f.tension[rod, i] + f.transverse_force[rod, i]) / transverse_drag(K, f.drag[rod])
     ratio = coupling(K, f.drag[rod])
     half_turn = real(0.5) * f.spacing[rod] * f.geodesic[rod, i]
-    half_squeeze = real(0.5) * f.spacing[rod] * squeeze(f, rod, i)
+    half_squeeze = real(0.5) * f.spacing[rod] * shortening(f, rod, i)
     if i == 0:
         return (pull - ratio * (f.along[rod, 0] - half_squeeze)) / (real(1.0) - ratio * half_turn)
     if i == last:
@@ -141,7 +147,7 @@ def velocity_across(f: Filaments, rod: int, i: int) -> real:
 
 @wp.func
 def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
-    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27), and ``carried_turning``; a free end keeps Ω = σ3.
+    """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27), and ``membrane_turning``; a free end keeps Ω = σ3.
 
     Nodes stay at fixed shares x of a length L that may grow: they move along the material. A clamped end holds
     u2 = u2' = 0: the velocity beyond it is the mirror image.
@@ -159,18 +165,24 @@ def geodesic_rate(f: Filaments, rod: int, i: int) -> real:
         bend
         + (turn * turn + gaussian(f.curvature[rod, i])) * f.across[rod, i]
         + derivative(f.geodesic, rod, i, h) * (velocity_along(f, rod, i) + sweep)
-        + carried_turning(f, rod, i)
+        + membrane_turning(f, rod, i)
     )
 
 
 @wp.func
 def spin(f: Filaments, rod: int, i: int) -> wp.vec3d:
-    """Angular velocity ω in the frame (5.19), (5.20), (5.25), and ``carried_spin``."""
+    """Angular velocity ω in the frame (5.19), (5.20), (5.25), and ``membrane_spin``."""
     K = f.curvature[rod, i]
     u1 = velocity_along(f, rod, i)
     u2 = f.across[rod, i]
     turning = derivative(f.across, rod, i, f.spacing[rod]) + f.geodesic[rod, i] * u1
-    return wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, turning) + carried_spin(f, rod, i)
+    return wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, turning) + membrane_spin(f, rod, i)
+
+
+@wp.func
+def node_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
+    """u of a node in its frame: (u1, u2, V)."""
+    return wp.vec3d(velocity_along(f, rod, i), f.across[rod, i], f.normal_velocity[rod, i])
 
 
 @wp.kernel
@@ -184,10 +196,10 @@ def moments(f: Filaments):
 
 
 @wp.kernel
-def transverse_loads(f: Filaments):
+def transverse_forces(f: Filaments):
     """Y2 at nodes."""
     rod, i = wp.tid()
-    f.load[rod, i] = transverse_load(f, rod, i)
+    f.transverse_force[rod, i] = transverse_force(f, rod, i)
 
 
 @wp.kernel
@@ -204,7 +216,7 @@ def tangential_rows(f: Filaments):
     lean = real(-0.5) * ratio
     f.to_left[rod, i] = M11 * (lean * f.geodesic[rod, i] - real(1.0) / h)
     f.to_right[rod, i] = M11 * (lean * f.geodesic[rod, i + 1] + real(1.0) / h)
-    f.remainder[rod, i] = M11 * (tangential_load(f, rod, i) - ratio * half_average(f.load, rod, i))
+    f.remainder[rod, i] = M11 * (tangential_force(f, rod, i) - ratio * half_average(f.transverse_force, rod, i))
 
 
 @wp.kernel

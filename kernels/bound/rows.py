@@ -2,9 +2,10 @@
 
 import warp as wp
 
-from warp_rods.kernels.bound.membrane_motion import squeeze
+from warp_rods.kernels.bound.membrane_motion import shortening
 from warp_rods.kernels.bound.rod import coupling, end_tension, is_clamped, transverse_drag
 from warp_rods.kernels.bound.state import Filaments, scalars
+from warp_rods.kernels.clock import RATIO, STEP, per_clock
 from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
@@ -25,7 +26,10 @@ def inner_row(f: Filaments, rod: int, i: int) -> wp.vec4d:
         -behind * f.to_left[rod, i - 1],
         ahead * f.to_left[rod, i] - behind * f.to_right[rod, i - 1] - mobility * turn,
         ahead * f.to_right[rod, i],
-        mobility * f.load[rod, i] - ahead * f.remainder[rod, i] + behind * f.remainder[rod, i - 1] + squeeze(f, rod, i),
+        mobility * f.transverse_force[rod, i]
+        - ahead * f.remainder[rod, i]
+        + behind * f.remainder[rod, i - 1]
+        + shortening(f, rod, i),
     )
 
 
@@ -41,14 +45,15 @@ def start_row(f: Filaments, rod: int) -> wp.vec4d:
 def end_row(f: Filaments, rod: int) -> wp.vec4d:
     """As ``start_row`` for the last end.
 
-    A straight rod clamped at both ends has no definite tension, nor does it feel one: a trifle picks the smallest.
+    The tension of a straight rod clamped at both ends is undetermined, and has no effect: a factor slightly above 1
+    makes the system regular and picks the smallest.
     """
     last = f.geodesic.shape[1] - 1
     if f.end_clamped == 0:
         return wp.vec4d(real(0.0), real(1.0), real(0.0), end_tension(f.curvature[rod, last], f.moment[rod, last]))
-    trifle = real(1.0) + real(f.start_clamped) * real(1.0e-12)
+    regular = real(1.0) + real(f.start_clamped) * real(1.0e-12)
     left = f.to_left[rod, last - 1]
-    return wp.vec4d(-left, -trifle * f.to_right[rod, last - 1], real(0.0), f.remainder[rod, last - 1])
+    return wp.vec4d(-left, -regular * f.to_right[rod, last - 1], real(0.0), f.remainder[rod, last - 1])
 
 
 @wp.func
@@ -78,7 +83,7 @@ def tension_rows(f: Filaments, lower: scalars, diagonal: scalars, upper: scalars
 @wp.kernel
 def bending_rows(
     f: Filaments,
-    pace: wp.array(dtype=wp.vec2d),
+    clock: per_clock,
     lower2: scalars,
     lower: scalars,
     diagonal: scalars,
@@ -89,8 +94,8 @@ def bending_rows(
     mirror image. At a clamped end u2 is zero and mirrored."""
     rod, i = wp.tid()
     last = f.geodesic.shape[1] - 1
-    dt = pace[0][0]
-    ratio = pace[0][1]
+    dt = clock[STEP]
+    ratio = clock[RATIO]
     before = real(0.0)
     here = real(0.0)
     after = real(0.0)

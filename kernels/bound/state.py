@@ -29,12 +29,12 @@ class Filaments:
     position: vectors  # r
     force: vectors  # external force per length, in space
     moving: int  # 1: the membrane moves
-    lift: scalars  # V, velocity of the membrane along n; zero where it rests
-    tilt: scalars  # V_1 = (n×q)·∇V
+    normal_velocity: scalars  # V, velocity of the membrane along n; zero where it rests
+    normal_velocity_slope: scalars  # V_1 = (n×q)·∇V
 
     moment: vectors  # m = B(Ω − σ)
     shear: scalars  # K11 m1 + K12 m2
-    load: scalars  # Y2
+    transverse_force: scalars  # Y2
     to_left: scalars  # u1 at i + 1/2 is to_left λ_i + to_right λ_(i+1) + remainder
     to_right: scalars
     remainder: scalars

@@ -14,7 +14,7 @@ wp.set_module_options({"enable_backward": False})
 
 STEP = wp.constant(0)
 DRIFT = wp.constant(1)
-"""Places in ``moved``: the square of the longest way of a node in one step, and since the lists were made."""
+"""Places in ``moved``: the square of the largest displacement of a node in one step, and since lists were made."""
 
 
 @wp.struct
@@ -66,9 +66,9 @@ def pack(
 
 
 @wp.func
-def farther(moved: wp.array(dtype=wp.float64), place: int, way: wp.vec3d):
-    """Keep the longer way; a maximum comes out the same in any order."""
-    square = wp.dot(way, way)
+def farther(moved: wp.array(dtype=wp.float64), place: int, displacement: wp.vec3d):
+    """Keep the larger displacement; a maximum comes out the same in any order."""
+    square = wp.dot(displacement, displacement)
     if square > moved[place]:
         wp.atomic_max(moved, place, square)
 

@@ -6,25 +6,23 @@ A rod whose shape becomes infinite, NaN or unresolvable keeps its last sound sta
 
 import warp as wp
 
+from warp_rods.kernels.clock import RATIO, STEP, TIME
 from warp_rods.kernels.free.rod import axial_at, roll_at
-from warp_rods.kernels.free.state import RATIO, STEP, TIME, Flow, Load, Midpoint, Shape, Swimmers, per_rod
-from warp_rods.kernels.free.step import new_shape, predict
+from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers, per_rod
+from warp_rods.kernels.free.step import extrapolate, step_shape
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import advance as advance_frame
 from warp_rods.kernels.lie import orthonormalise
+from warp_rods.kernels.status import NOT_FINITE, SOUND, TOO_BENT
 
 wp.set_module_options({"enable_backward": False})
 
 HALF_TURN = wp.constant(real(wp.pi))
-NOT_FINITE = wp.constant(1)
-"""The status of a rod whose shape became infinite or NaN."""
-TOO_BENT = wp.constant(2)
-"""The status of a rod that came to bend by more than half a turn between two nodes: no shape of its grid."""
 
 
 @wp.func
-def verdict(rod: int, rods: Swimmers, shape: Shape):
-    """The status that a shape deserves; 0 where it is sound."""
+def status_of(rod: int, rods: Swimmers, shape: Shape):
+    """Whether a shape is finite, and bends by less than half a turn between two nodes."""
     sharpest = real(0.0)
     total = real(0.0)
     for node in range(shape.twist.shape[1]):
@@ -35,7 +33,7 @@ def verdict(rod: int, rods: Swimmers, shape: Shape):
         return NOT_FINITE
     if sharpest * rods.spacing * rods.spacing > HALF_TURN * HALF_TURN:
         return TOO_BENT
-    return 0
+    return SOUND
 
 
 @wp.func
@@ -66,7 +64,7 @@ def midpoint_rates(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
 
 
 @wp.func
-def carry(rod: int, rods: Swimmers, shape: Shape, flow: Flow, clock: per_rod, midpoint: Midpoint):
+def advance_midpoint(rod: int, rods: Swimmers, shape: Shape, flow: Flow, clock: per_rod, midpoint: Midpoint):
     """Move the middle node's frame by the mean of its rates at both ends of the step (4.29)."""
     spin, velocity, roll = midpoint_rates(rod, rods, shape, flow)
     if clock[RATIO] == real(0.0):
@@ -95,7 +93,7 @@ def advance(
     now: Shape,
     change: Shape,
     midpoint: Midpoint,
-    load: Load,
+    applied: AppliedForce,
     clock: per_rod,
     failed_at: per_rod,
     star: Shape,
@@ -103,20 +101,13 @@ def advance(
 ):
     """One step of every sound rod; launch with ``dim = rods``."""
     rod = wp.tid()
-    if rods.status[rod] == 0:
-        predict(rod, now, change, load, clock[RATIO], star, flow)
-        new_shape(rod, rods, star, change, clock, flow)
-        status = verdict(rod, rods, star)
-        if status == 0:
-            carry(rod, rods, star, flow, clock, midpoint)
+    if rods.status[rod] == SOUND:
+        extrapolate(rod, now, change, applied, clock[RATIO], star, flow)
+        step_shape(rod, rods, star, change, clock, flow)
+        status = status_of(rod, rods, star)
+        if status == SOUND:
+            advance_midpoint(rod, rods, star, flow, clock, midpoint)
             accept(rod, star, now, change)
         else:
             rods.status[rod] = status
             failed_at[rod] = clock[TIME]
-
-
-@wp.kernel
-def tick(clock: per_rod):
-    """Let the time of a step pass; the next one is as long unless told; launch with ``dim = 1``."""
-    clock[TIME] += clock[STEP]
-    clock[RATIO] = real(1.0)

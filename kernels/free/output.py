@@ -5,8 +5,9 @@ None of it is needed by a step without external forces, so it is made when asked
 
 import warp as wp
 
+from warp_rods.kernels.clock import TIME
 from warp_rods.kernels.free.rod import activity_drive, balance, bending_rate, roll_at
-from warp_rods.kernels.free.state import TIME, Flow, Load, Midpoint, Shape, Swimmers, numbers, pairs, per_rod, vectors
+from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers, numbers, pairs, per_rod, vectors
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import quaternion
 
@@ -36,9 +37,9 @@ def rates(rod: int, rods: Swimmers, shape: Shape, flow: Flow, measures: Measures
         drive, _sink = activity_drive(rod, node, rods, shape, flow)
         measures.activity_rate[rod, node] = drive / rods.relaxation[rod]
     for node in range(1, last):
-        wound = real(0.5) * (flow.wound[rod, node - 1] + flow.wound[rod, node])
+        source = real(0.5) * (flow.twist_source[rod, node - 1] + flow.twist_source[rod, node])
         slope = (roll_at(rod, node, rods, shape) - roll_at(rod, node - 1, rods, shape)) / rods.spacing
-        measures.twist_rate[rod, node] = slope + wound
+        measures.twist_rate[rod, node] = slope + source
         measures.bending_rate[rod, node] = bending_rate(rod, node, rods, shape.bending[rod, node], flow)
 
 
@@ -56,7 +57,7 @@ def energies(rod: int, rods: Swimmers, shape: Shape, flow: Flow, measures: Measu
         weight = real(1.0)
         if node == 0 or node == last:
             weight = half
-        density = half * (rods.bend[rod] * wp.dot(k, k) + rods.twist[rod] * tau * tau)
+        density = half * (rods.bending_stiffness[rod] * wp.dot(k, k) + rods.twist_stiffness[rod] * tau * tau)
         measures.energy_density[rod, node] = density
         energy += density
         lost += weight * rods.drag_ratio[rod] * wp.dot(u, u)
@@ -65,9 +66,9 @@ def energies(rod: int, rods: Swimmers, shape: Shape, flow: Flow, measures: Measu
         u0 = flow.axial[rod, node]
         roll = roll_at(rod, node, rods, shape)
         f = half * (shape.activity[rod, node] + shape.activity[rod, node + 1])
-        pushed = half * (flow.force[rod, node][0] + flow.force[rod, node + 1][0])
+        external = half * (flow.force[rod, node][0] + flow.force[rod, node + 1][0])
         lost += u0 * u0 + rods.rotational_drag[rod] * roll * roll
-        given += (f + pushed) * u0 + rods.moment[rod] * f * roll
+        given += (f + external) * u0 + rods.moment[rod] * f * roll
     measures.energy[rod] = rods.spacing * energy
     measures.dissipation[rod] = rods.spacing * lost
     measures.power[rod] = rods.spacing * given
@@ -127,10 +128,10 @@ def materialise(
 
 
 @wp.kernel
-def to_body(rotation: matrices, force: vectors, load: Load):
+def to_body(rotation: matrices, force: vectors, applied: AppliedForce):
     """An external force in space, seen from the Bishop frame; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
-    load.now[rod, node] = wp.transpose(rotation[rod, node]) * force[rod, node]
+    applied.now[rod, node] = wp.transpose(rotation[rod, node]) * force[rod, node]
 
 
 def force_field(function):

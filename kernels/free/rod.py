@@ -37,13 +37,13 @@ def across(force: wp.vec3d):
 
 
 @wp.func
-def pull_of(rod: int, rods: Swimmers, bending: pairs, twist: numbers, flow: Flow):
+def find_transverse_source(rod: int, rods: Swimmers, bending: pairs, twist: numbers, flow: Flow):
     """``(Λ⊥' + f⊥)/η`` at nodes, with ``Λ⊥ = i b k' + c τ k`` at half nodes, odd beyond the ends."""
     last = twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
-    b = rods.bend[rod] * per_length
-    c = rods.twist[rod] * real(0.25)
+    b = rods.bending_stiffness[rod] * per_length
+    c = rods.twist_stiffness[rod] * real(0.25)
     before = wp.vec2d()
     k = bending[rod, 0]
     tau = twist[rod, 0]
@@ -53,18 +53,18 @@ def pull_of(rod: int, rods: Swimmers, bending: pairs, twist: numbers, flow: Flow
         after = b * turned(k_next - k) + (c * (tau + tau_next)) * (k + k_next)
         if node == 0:
             before = -after
-        flow.pull[rod, node] = mobility * (per_length * (after - before) + across(flow.force[rod, node]))
+        flow.transverse_source[rod, node] = mobility * (per_length * (after - before) + across(flow.force[rod, node]))
         before = after
         k = k_next
         tau = tau_next
-    flow.pull[rod, last] = mobility * (real(-2.0) * per_length * before + across(flow.force[rod, last]))
+    flow.transverse_source[rod, last] = mobility * (real(-2.0) * per_length * before + across(flow.force[rod, last]))
 
 
 @wp.func
-def push_of(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
+def find_axial_source(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
     """``(b/2)(|k|²)' + f + f_ext0`` at half nodes."""
     half = real(0.5)
-    b = half * rods.bend[rod] / rods.spacing
+    b = half * rods.bending_stiffness[rod] / rods.spacing
     k = shape.bending[rod, 0]
     square = wp.dot(k, k)
     drive = shape.activity[rod, 0] + flow.force[rod, 0][0]
@@ -72,27 +72,27 @@ def push_of(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
         k = shape.bending[rod, node + 1]
         square_next = wp.dot(k, k)
         drive_next = shape.activity[rod, node + 1] + flow.force[rod, node + 1][0]
-        flow.push[rod, node] = b * (square_next - square) + half * (drive + drive_next)
+        flow.axial_source[rod, node] = b * (square_next - square) + half * (drive + drive_next)
         square = square_next
         drive = drive_next
 
 
 @wp.func
-def tension_of(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
-    """λ from ``(∂s u + Ω×u)·e0 = 0``: ``−λ'' + |k|² λ/η = push' + Im(k̄ pull)``, 0 at the ends (4.24)."""
+def solve_tension(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
+    """λ from ``(∂s u + Ω×u)·e0 = 0``: ``−λ'' + |k|² λ/η = source0' + Im(k̄ source⊥)``, 0 at the ends (4.24)."""
     last = shape.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
     beside = -per_length * per_length
-    push = flow.push[rod, 0]
+    source = flow.axial_source[rod, 0]
     for node in range(1, last):
         k = shape.bending[rod, node]
-        push_next = flow.push[rod, node]
+        source_next = flow.axial_source[rod, node]
         flow.lower[rod, node] = beside
         flow.upper[rod, node] = beside
         flow.diagonal[rod, node] = real(-2.0) * beside + mobility * wp.dot(k, k)
-        flow.right[rod, node] = per_length * (push_next - push) + wedge(k, flow.pull[rod, node])
-        push = push_next
+        flow.right[rod, node] = per_length * (source_next - source) + wedge(k, flow.transverse_source[rod, node])
+        source = source_next
     pin(rod, last, flow)
     solve_tridiagonal_rod(rod, flow.lower, flow.diagonal, flow.upper, flow.right, flow.work, flow.tension)
 
@@ -110,60 +110,60 @@ def pin(rod: int, last: int, flow: Flow):
 
 
 @wp.func
-def axial_of(rod: int, rods: Swimmers, flow: Flow):
-    """``u0 = λ' + push`` at half nodes."""
+def find_axial_velocity(rod: int, rods: Swimmers, flow: Flow):
+    """``u0 = λ' + source0`` at half nodes."""
     per_length = real(1.0) / rods.spacing
     for node in range(flow.tension.shape[1] - 1):
         slope = per_length * (flow.tension[rod, node + 1] - flow.tension[rod, node])
-        flow.axial[rod, node] = slope + flow.push[rod, node]
+        flow.axial[rod, node] = slope + flow.axial_source[rod, node]
 
 
 @wp.func
-def spin_of(rod: int, rods: Swimmers, bending: pairs, flow: Flow):
-    """``u⊥ = pull − i λ k/η`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
+def find_transverse_velocity(rod: int, rods: Swimmers, bending: pairs, flow: Flow):
+    """``u⊥ = source⊥ − i λ k/η`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
     k = bending[rod, 0]
-    u = flow.pull[rod, 0] - (mobility * flow.tension[rod, 0]) * turned(k)
+    u = flow.transverse_source[rod, 0] - (mobility * flow.tension[rod, 0]) * turned(k)
     flow.transverse[rod, 0] = u
     for node in range(flow.tension.shape[1] - 1):
         k_next = bending[rod, node + 1]
-        u_next = flow.pull[rod, node + 1] - (mobility * flow.tension[rod, node + 1]) * turned(k_next)
+        u_next = flow.transverse_source[rod, node + 1] - (mobility * flow.tension[rod, node + 1]) * turned(k_next)
         k_middle = real(0.5) * (k + k_next)
         spin = per_length * turned(u_next - u) + flow.axial[rod, node] * k_middle
         flow.transverse[rod, node + 1] = u_next
         flow.spin[rod, node] = spin
-        flow.wound[rod, node] = wedge(k_middle, spin)
+        flow.twist_source[rod, node] = wedge(k_middle, spin)
         k = k_next
         u = u_next
 
 
 @wp.func
-def bishop_spin_of(rod: int, rods: Swimmers, flow: Flow):
+def integrate_bishop_spin(rod: int, rods: Swimmers, flow: Flow):
     """``ω0' = −Im(k̄ ω⊥)`` integrated outwards from the midpoint, where the gauge makes it 0."""
-    nodes = flow.wound.shape[1]
+    nodes = flow.twist_source.shape[1]
     middle = nodes // 2
     total = real(0.0)
     flow.bishop_spin[rod, middle] = total
     for node in range(middle, nodes - 1):
-        total -= rods.spacing * flow.wound[rod, node]
+        total -= rods.spacing * flow.twist_source[rod, node]
         flow.bishop_spin[rod, node + 1] = total
     total = real(0.0)
     for back in range(middle):
         node = middle - 1 - back
-        total += rods.spacing * flow.wound[rod, node]
+        total += rods.spacing * flow.twist_source[rod, node]
         flow.bishop_spin[rod, node] = total
 
 
 @wp.func
 def balance(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
     """Tension and velocities of one rod: forces and moments balance, and its length stays (4.16), (4.17)."""
-    pull_of(rod, rods, shape.bending, shape.twist, flow)
-    push_of(rod, rods, shape, flow)
-    tension_of(rod, rods, shape, flow)
-    axial_of(rod, rods, flow)
-    spin_of(rod, rods, shape.bending, flow)
-    bishop_spin_of(rod, rods, flow)
+    find_transverse_source(rod, rods, shape.bending, shape.twist, flow)
+    find_axial_source(rod, rods, shape, flow)
+    solve_tension(rod, rods, shape, flow)
+    find_axial_velocity(rod, rods, flow)
+    find_transverse_velocity(rod, rods, shape.bending, flow)
+    integrate_bishop_spin(rod, rods, flow)
 
 
 @wp.func
@@ -178,7 +178,7 @@ def roll_at(rod: int, node: int, rods: Swimmers, shape: Shape):
     """``ω0 = (c τ' + M f)/ηr`` of the material at the half node after ``node`` (4.21)."""
     slope = (shape.twist[rod, node + 1] - shape.twist[rod, node]) / rods.spacing
     f = real(0.5) * (shape.activity[rod, node] + shape.activity[rod, node + 1])
-    return (rods.twist[rod] * slope + rods.moment[rod] * f) / rods.rotational_drag[rod]
+    return (rods.twist_stiffness[rod] * slope + rods.moment[rod] * f) / rods.rotational_drag[rod]
 
 
 @wp.func
@@ -202,5 +202,5 @@ def spread_at(rod: int, node: int, rods: Swimmers, activity: numbers):
 def activity_drive(rod: int, node: int, rods: Swimmers, shape: Shape, flow: Flow):
     """``(source − sink f + D f'', sink)`` of the flagellar law at a node (4.12)."""
     f = shape.activity[rod, node]
-    source, sink = reaction(rods.law[rod], f, axial_at(rod, node, flow))
+    source, sink = reaction(rods.law[rod], f, axial_at(rod, node, flow), rods.law_numbers[rod])
     return source - sink * f + spread_at(rod, node, rods, shape.activity), sink

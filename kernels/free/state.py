@@ -9,25 +9,21 @@ numbers = wp.array2d(dtype=wp.float64)
 pairs = wp.array2d(dtype=wp.vec2d)
 vectors = wp.array2d(dtype=wp.vec3d)
 
-STEP = wp.constant(0)
-RATIO = wp.constant(1)
-TIME = wp.constant(2)
-"""Places in the clock: Δt, ρ and t. They are on the device as a captured graph freezes numbers."""
-
 
 @wp.struct
 class Swimmers:
     """Parameters of an ensemble, [rod], dimensionless as in model.md §1."""
 
-    bend: per_rod  # β⊥
-    twist: per_rod  # β∥
+    bending_stiffness: per_rod  # β⊥
+    twist_stiffness: per_rod  # β∥
     moment: per_rod  # M
     drag_ratio: per_rod  # η
     rotational_drag: per_rod  # ηr
     relaxation: per_rod  # τf
     diffusion: per_rod  # D
-    law: wp.array(dtype=wp.int32)
-    status: wp.array(dtype=wp.int32)  # 0: sound; else frozen at its last sound state
+    law: wp.array(dtype=wp.int32)  # of the flagella: its number in ``flagella.reaction``
+    law_numbers: wp.array(dtype=wp.vec4d)  # the law's own parameters
+    status: wp.array(dtype=wp.int32)  # SOUND, or why it is frozen at its last sound state
     spacing: real  # Δs
     symmetric: int  # 1: keep the π-rotation symmetry (C.50) exactly
 
@@ -46,13 +42,13 @@ class Flow:
     """What force and moment balance give for a shape, [rod, node], and room for the solves."""
 
     force: vectors  # f_ext in the Bishop frame, given
-    push: numbers  # u0 without tension, half nodes
-    pull: pairs  # u⊥ without tension
+    axial_source: numbers  # u0 without tension, half nodes
+    transverse_source: pairs  # u⊥ without tension
     tension: numbers  # λ
     axial: numbers  # u0, half nodes
     transverse: pairs  # u⊥
     spin: pairs  # ω⊥, half nodes
-    wound: numbers  # Im(k̄ ω⊥), half nodes
+    twist_source: numbers  # Im(k̄ ω⊥), half nodes
     bishop_spin: numbers  # ω0 of the Bishop frame, 0 at the midpoint
     lower2: numbers
     lower: numbers
@@ -78,8 +74,8 @@ class Midpoint:
 
 
 @wp.struct
-class Load:
-    """External force per length in the Bishop frame, now and a step before, [rod, node]."""
+class AppliedForce:
+    """External force per length in the Bishop frame [rod, node]."""
 
     now: wp.array2d(dtype=wp.vec3d)
-    before: wp.array2d(dtype=wp.vec3d)
+    before: wp.array2d(dtype=wp.vec3d)  # one step ago

@@ -10,45 +10,54 @@ With ``d = xⁿ − xⁿ⁻¹``, ``ρ`` the ratio of this step to the one before
 import warp as wp
 
 from warp_rods.kernels.banded import solve_pentadiagonal_rod, solve_tridiagonal_rod
-from warp_rods.kernels.free.rod import activity_drive, balance, bending_rate, pin, pull_of, roll_at, spin_of
-from warp_rods.kernels.free.state import RATIO, STEP, Flow, Load, Shape, Swimmers, per_rod
+from warp_rods.kernels.clock import RATIO, STEP
+from warp_rods.kernels.free.rod import (
+    activity_drive,
+    balance,
+    bending_rate,
+    find_transverse_source,
+    find_transverse_velocity,
+    pin,
+    roll_at,
+)
+from warp_rods.kernels.free.state import AppliedForce, Flow, Shape, Swimmers, per_rod
 from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def predict(rod: int, now: Shape, change: Shape, load: Load, ratio: real, star: Shape, flow: Flow):
+def extrapolate(rod: int, now: Shape, change: Shape, applied: AppliedForce, ratio: real, star: Shape, flow: Flow):
     """Extrapolate shape and force to the end of the step."""
     for node in range(now.twist.shape[1]):
         star.bending[rod, node] = now.bending[rod, node] + ratio * change.bending[rod, node]
         star.twist[rod, node] = now.twist[rod, node] + ratio * change.twist[rod, node]
         star.activity[rod, node] = now.activity[rod, node] + ratio * change.activity[rod, node]
-        force = load.now[rod, node]
-        flow.force[rod, node] = force + ratio * (force - load.before[rod, node])
-        load.before[rod, node] = force
+        force = applied.now[rod, node]
+        flow.force[rod, node] = force + ratio * (force - applied.before[rod, node])
+        applied.before[rod, node] = force
 
 
 @wp.func
-def bend(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, slip: real, flow: Flow):
+def step_bending(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, memory: real, flow: Flow):
     """k* to kⁿ⁺¹, with ``L = −(b/η)∂⁴ + (1/η)∂²(λ* ·) + ∂(u0* ·)``: one real matrix for both components."""
     last = star.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    pull = per_length * per_length / rods.drag_ratio[rod]
-    stiff = rods.bend[rod] * pull * per_length * per_length
-    push = real(0.5) * per_length
+    mobility = per_length * per_length / rods.drag_ratio[rod]
+    stiff = rods.bending_stiffness[rod] * mobility * per_length * per_length
+    half = real(0.5) * per_length
     beside = real(-4.0) * stiff
     axial = flow.axial[rod, 0]
     for node in range(1, last):
         axial_next = flow.axial[rod, node]
-        here = rate + real(6.0) * stiff + real(2.0) * pull * flow.tension[rod, node]
+        here = rate + real(6.0) * stiff + real(2.0) * mobility * flow.tension[rod, node]
         flow.lower2[rod, node] = stiff
-        flow.lower[rod, node] = beside - pull * flow.tension[rod, node - 1] + push * axial
-        flow.diagonal[rod, node] = here + push * (axial - axial_next)
-        flow.upper[rod, node] = beside - pull * flow.tension[rod, node + 1] - push * axial_next
+        flow.lower[rod, node] = beside - mobility * flow.tension[rod, node - 1] + half * axial
+        flow.diagonal[rod, node] = here + half * (axial - axial_next)
+        flow.upper[rod, node] = beside - mobility * flow.tension[rod, node + 1] - half * axial_next
         flow.upper2[rod, node] = stiff
         drive = bending_rate(rod, node, rods, star.bending[rod, node], flow)
-        flow.right_pair[rod, node] = drive - slip * change.bending[rod, node]
+        flow.right_pair[rod, node] = drive - memory * change.bending[rod, node]
         axial = axial_next
     clamp(rod, last, stiff, flow)
     solve_bending(rod, flow)
@@ -86,7 +95,7 @@ def solve_bending(rod: int, flow: Flow):
 
 
 @wp.func
-def beat(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, slip: real, flow: Flow):
+def step_activity(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, memory: real, flow: Flow):
     """f* to fⁿ⁺¹, with diffusion and the law's sink implicit, ``f' = 0`` at the ends."""
     last = star.twist.shape[1] - 1
     inertia = rods.relaxation[rod]
@@ -96,7 +105,7 @@ def beat(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, slip:
         flow.lower[rod, node] = -spread
         flow.upper[rod, node] = -spread
         flow.diagonal[rod, node] = inertia * rate + sink + real(2.0) * spread
-        flow.right[rod, node] = drive - inertia * slip * change.activity[rod, node]
+        flow.right[rod, node] = drive - inertia * memory * change.activity[rod, node]
     flow.upper[rod, 0] = real(-2.0) * spread
     flow.lower[rod, last] = real(-2.0) * spread
     solve_tridiagonal_rod(rod, flow.lower, flow.diagonal, flow.upper, flow.right, flow.work, flow.right)
@@ -105,19 +114,19 @@ def beat(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, slip:
 
 
 @wp.func
-def wind(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, slip: real, flow: Flow):
+def step_twist(rod: int, rods: Swimmers, star: Shape, change: Shape, rate: real, memory: real, flow: Flow):
     """τ* to τⁿ⁺¹, with ``(c/ηr)∂²`` implicit and ``Im(k̄ ω⊥)`` of the new bending (extrapolated: unstable)."""
     last = star.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    soft = rods.twist[rod] / rods.rotational_drag[rod] * per_length * per_length
+    soft = rods.twist_stiffness[rod] / rods.rotational_drag[rod] * per_length * per_length
     roll = roll_at(rod, 0, rods, star)
     for node in range(1, last):
         roll_next = roll_at(rod, node, rods, star)
-        wound = real(0.5) * (flow.wound[rod, node - 1] + flow.wound[rod, node])
+        source = real(0.5) * (flow.twist_source[rod, node - 1] + flow.twist_source[rod, node])
         flow.lower[rod, node] = -soft
         flow.upper[rod, node] = -soft
         flow.diagonal[rod, node] = rate + real(2.0) * soft
-        flow.right[rod, node] = per_length * (roll_next - roll) + wound - slip * change.twist[rod, node]
+        flow.right[rod, node] = per_length * (roll_next - roll) + source - memory * change.twist[rod, node]
         roll = roll_next
     pin(rod, last, flow)
     solve_tridiagonal_rod(rod, flow.lower, flow.diagonal, flow.upper, flow.right, flow.work, flow.right)
@@ -151,17 +160,17 @@ def symmetrise(rod: int, shape: Shape):
 
 
 @wp.func
-def new_shape(rod: int, rods: Swimmers, star: Shape, change: Shape, clock: per_rod, flow: Flow):
+def step_shape(rod: int, rods: Swimmers, star: Shape, change: Shape, clock: per_rod, flow: Flow):
     """Turn the extrapolated shape into that at the end of the step."""
     one = real(1.0)
     ratio = clock[RATIO]
     rate = (one + real(2.0) * ratio) / ((one + ratio) * clock[STEP])
-    slip = ratio / clock[STEP]
+    memory = ratio / clock[STEP]
     balance(rod, rods, star, flow)
-    bend(rod, rods, star, change, rate, slip, flow)
-    beat(rod, rods, star, change, rate, slip, flow)
-    pull_of(rod, rods, star.bending, star.twist, flow)
-    spin_of(rod, rods, star.bending, flow)
-    wind(rod, rods, star, change, rate, slip, flow)
+    step_bending(rod, rods, star, change, rate, memory, flow)
+    step_activity(rod, rods, star, change, rate, memory, flow)
+    find_transverse_source(rod, rods, star.bending, star.twist, flow)
+    find_transverse_velocity(rod, rods, star.bending, flow)
+    step_twist(rod, rods, star, change, rate, memory, flow)
     if rods.symmetric == 1:
         symmetrise(rod, star)

@@ -18,7 +18,7 @@ class Held:
         self.position_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.force_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.spacing_array = wp.array(rods.spacing, dtype=wp.float64, device=device)
-        self.cross_drag = np.broadcast_to(np.asarray(drag, dtype=float), (self.count,)).copy()
+        self.transverse_drag = np.broadcast_to(np.asarray(drag, dtype=float), (self.count,)).copy()
         self.place(rods.position)
 
     def place(self, position: np.ndarray) -> None:

@@ -38,7 +38,7 @@ class Motion:
 
     curvature: np.ndarray
     moment: np.ndarray
-    load: np.ndarray
+    transverse_force: np.ndarray
     tension: np.ndarray
     along: np.ndarray  # u1, half nodes
     velocity: np.ndarray  # u at nodes, frame
@@ -64,12 +64,12 @@ def gaussian(K):
     return K[..., 0] * K[..., 2] - K[..., 1] ** 2
 
 
-def tangential_load(turns, dm, f1):
+def tangential_force(turns, dm, f1):
     """Y1 = F1 − λ' of (5.41)."""
     return np.sum(turns * dm, -1) + f1
 
 
-def transverse_load(K, geodesic, m, dm, ddm3, dshear, f2):
+def transverse_force(K, geodesic, m, dm, ddm3, dshear, f2):
     """Y2 = F2 − Ωλ of (5.42); dm, ddm3, dshear: derivatives along s."""
     K12, K22 = K[..., 1], K[..., 2]
     bending = -ddm3 - (K12 * m[..., 0] + K22 * m[..., 1]) * geodesic - gaussian(K) * m[..., 2]
@@ -172,8 +172,8 @@ def evaluate(rod, state, force):
     m, f = moments(rod, K, geodesic), body(state, force)
     dm = slope(m, h)
     ddm3 = with_end_slopes(m[:, 2], end_slope(K[0], m[0]), end_slope(K[-1], m[-1]), h)
-    Y1 = tangential_load(middle(strain(K, geodesic)), np.diff(m, axis=0) / h, middle(f[:, 0]))
-    Y2 = transverse_load(K, geodesic, m, dm, ddm3, slope(shear(K, m), h), f[:, 1])
+    Y1 = tangential_force(middle(strain(K, geodesic)), np.diff(m, axis=0) / h, middle(f[:, 0]))
+    Y2 = transverse_force(K, geodesic, m, dm, ddm3, slope(shear(K, m), h), f[:, 1])
     tension, along, u2, u1 = balance(rod, K, geodesic, Y1, Y2, end_tension(K[[0, -1]], m[[0, -1]]))
     spin = np.stack([K[:, 1] * u1 + K[:, 2] * u2, -K[:, 0] * u1 - K[:, 1] * u2, slope(u2, h) + geodesic * u1], -1)
     rate = np.zeros_like(geodesic)

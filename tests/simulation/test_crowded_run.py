@@ -136,7 +136,7 @@ def test_a_rod_that_is_lost_stands_in_the_way_and_others_go_on():
     for broken in ("rods", "now"):
         simulation = Simulation(film(end=0.1, every=0.05), "cpu")
         soft = simulation.ensembles["soft"]
-        array = soft._arrays.rods.bend if broken == "rods" else soft._arrays.now.bending
+        array = soft._arrays.rods.bending_stiffness if broken == "rods" else soft._arrays.now.bending
         values = array.numpy()
         values[3] = np.nan
         array.assign(values)

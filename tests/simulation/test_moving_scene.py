@@ -106,7 +106,7 @@ def test_impossible_motion_is_refused(radius, said):
 
 
 def test_a_clamped_end_on_a_moving_membrane_is_refused():
-    with pytest.raises(SceneError, match=r"filaments\[0\]\.ends: must be free on a membrane that moves"):
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.ends: must be free on a moving membrane"):
         Simulation(scene(end="clamped"), "cpu")
 
 

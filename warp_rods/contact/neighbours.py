@@ -9,6 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
+from warp_rods.device import device as device_of
+from warp_rods.device import exclusive
 from warp_rods.kernels.contact import neighbour_list, steric
 from warp_rods.kernels.layout import per_node, to_host
 from warp_rods.rods.recorded import Recorded, SideBySide, slices
@@ -36,7 +38,7 @@ class Crowd(Protocol):
     @property
     def spacing_array(self) -> wp.array: ...
     @property
-    def cross_drag(self) -> np.ndarray: ...
+    def transverse_drag(self) -> np.ndarray: ...
 
 
 class Neighbours:
@@ -62,13 +64,14 @@ class Neighbours:
     ):
         self.strength, self.range, self.core = strength, range, core
         self.skin = core if skin is None else skin
-        self._ensembles, self._device = list(ensembles), wp.get_device(device)
+        self._ensembles, self._device = list(ensembles), device_of(device)
         # Asked for here and not under capture: an ensemble may have to make room for forces, and then lay out frames.
         forces = [e.force_array for e in self._ensembles]
         self._arrays = [(e.position_array, e.spacing_array, f) for e, f in zip(self._ensembles, forces, strict=True)]
         self._yukawa = _yukawa(strength, range, core)
         self._first = [0, *np.cumsum([e.count * e.nodes for e in self._ensembles]).tolist()]
-        self._allocate(np.asarray(period, dtype=float))
+        with exclusive:
+            self._allocate(np.asarray(period, dtype=float))
         self._record()
         self._listed = False
 
@@ -104,7 +107,7 @@ class Neighbours:
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
         owner = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
         cloud.rod = wp.array(owner.astype(np.int32), device=device)
-        drag = np.concatenate([np.repeat(e.cross_drag, e.nodes) for e in self._ensembles])
+        drag = np.concatenate([np.repeat(e.transverse_drag, e.nodes) for e in self._ensembles])
         cloud.drag = wp.array(drag, dtype=wp.float64, device=device)
         # On an axis with a period the cells divide it, none narrower than what a list reaches over.
         width = self.reach + self.skin
@@ -129,7 +132,7 @@ class Neighbours:
         self._lists.count = wp.zeros(self.points, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
-        self.edition = object()
+        self.version = object()
         """Another one when what ``push`` launches has changed."""
         self._look = Recorded(self._launch_pack, self._device)
         points = slices(self.points, 1, self._device)
@@ -153,28 +156,31 @@ class Neighbours:
 
         A step is from one ``push`` to the next, or to this.
         """
-        self._look()
-        step, drift = np.sqrt(self._cloud.moved.numpy()).tolist()
-        self._cloud.moved.assign([0.0, drift * drift])
-        return step, drift
+        with exclusive:
+            self._look()
+            step, drift = np.sqrt(self._cloud.moved.numpy()).tolist()
+            self._cloud.moved.assign([0.0, drift * drift])
+            return step, drift
 
     def settle(self) -> None:
         """Take the present positions, to which nodes did not step, for those that the next step is measured from."""
-        self._cloud.moved.zero_()
-        self._look()
-        drift = float(self._cloud.moved.numpy()[int(neighbour_list.DRIFT)])
-        self._cloud.moved.assign([0.0, drift])
+        with exclusive:
+            self._cloud.moved.zero_()
+            self._look()
+            drift = float(self._cloud.moved.numpy()[int(neighbour_list.DRIFT)])
+            self._cloud.moved.assign([0.0, drift])
 
     def renew(self) -> None:
         """Make the lists of the present positions."""
-        self._look()
-        cloud = self._cloud
-        wp.launch(neighbour_list.settle, dim=self.points, inputs=[cloud], device=self._device)
-        self._grid.build(cloud.cell, wp.float64(1.0))
-        while not self._list():
-            pass
-        cloud.moved.zero_()
-        self._listed = True
+        with exclusive:
+            self._look()
+            cloud = self._cloud
+            wp.launch(neighbour_list.settle, dim=self.points, inputs=[cloud], device=self._device)
+            self._grid.build(cloud.cell, wp.float64(1.0))
+            while not self._list():
+                pass
+            cloud.moved.zero_()
+            self._listed = True
 
     def _list(self) -> bool:
         """Fill the lists; where they are too short make longer ones and say no."""
@@ -206,19 +212,21 @@ class Neighbours:
         At the positions of the last ``push``. The fastest rate of the system is at most twice that, as both nodes of a
         pair move; along a rod they do not move singly, so that ζ∥ plays no part.
         """
-        inputs = [self._cloud, self._lists, self._yukawa, self._stiff]
-        wp.launch(steric.stiffnesses, dim=self.points, inputs=inputs, device=self._device)
-        return float(self._stiff.numpy().max(initial=0.0))
+        with exclusive:
+            inputs = [self._cloud, self._lists, self._yukawa, self._stiff]
+            wp.launch(steric.stiffnesses, dim=self.points, inputs=inputs, device=self._device)
+            return float(self._stiff.numpy().max(initial=0.0))
 
     def energies(self) -> list[np.ndarray]:
         """Each ensemble's steric energy [rod] as of the last ``apply``: a pair's energy is shared by halves."""
-        found = []
-        for first, e in zip(self._first, self._ensembles, strict=False):
-            energy = wp.zeros(e.count, dtype=wp.float64, device=self._device)
-            inputs = [self._cloud, self._pairs, first, e.nodes, energy]
-            wp.launch(steric.rod_energies, dim=e.count, inputs=inputs, device=self._device)
-            found.append(to_host(energy))
-        return found
+        with exclusive:
+            found = []
+            for first, e in zip(self._first, self._ensembles, strict=False):
+                energy = wp.zeros(e.count, dtype=wp.float64, device=self._device)
+                inputs = [self._cloud, self._pairs, first, e.nodes, energy]
+                wp.launch(steric.rod_energies, dim=e.count, inputs=inputs, device=self._device)
+                found.append(to_host(energy))
+            return found
 
 
 def _yukawa(strength: float, range: float, core: float) -> Any:

@@ -40,7 +40,7 @@ class Contact:
     def __init__(self, ensembles: dict[str, Any], surroundings: Surroundings, device: Any):
         self._ensembles, self._surroundings, self._device = ensembles, surroundings, device
         self._graph: Recorded | None = None
-        self._edition: Any = None
+        self._recorded: tuple[object, ...] = ()
         self.parts = 1
         """Steps taken in place of one: a power of 2."""
         self._fewest = 1
@@ -77,7 +77,7 @@ class Contact:
         crowd = self._ensembles.values()
         if not (self._surroundings.recordable and all(e.recordable for e in crowd)):
             for _ in range(steps):
-                self._surroundings.exert()
+                self._surroundings.apply()
                 for ensemble in crowd:
                     ensemble.step(dt)
             return
@@ -86,16 +86,17 @@ class Contact:
         for _ in range(steps):
             self._whole_step()()
             for ensemble in crowd:
-                ensemble.passed(dt)
+                ensemble.finish_step()
 
     def _whole_step(self) -> Recorded:
         """Forces and a step of every ensemble in one graph."""
-        if self._graph is None or self._edition is not self._surroundings.edition:
-            self._graph, self._edition = Recorded(self._launch, self._device), self._surroundings.edition
+        versions = (self._surroundings.version, *(ensemble.version for ensemble in self._ensembles.values()))
+        if self._graph is None or self._recorded != versions:
+            self._graph, self._recorded = Recorded(self._launch, self._device), versions
         return self._graph
 
     def _launch(self) -> None:
-        self._surroundings.exert()
+        self._surroundings.apply()
         for ensemble in self._ensembles.values():
             ensemble.take_step()
 

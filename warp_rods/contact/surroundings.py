@@ -14,7 +14,7 @@ from warp_rods.scene.scene import Scene
 
 
 class Surroundings:
-    """Forces on the ``ensembles`` {name: ensemble} of a scene that are not their own; ``exert`` makes them present."""
+    """Forces on the ``ensembles`` {name: ensemble} of a scene that are not their own; ``apply`` makes them present."""
 
     def __init__(self, scene: Scene, ensembles: Mapping[str, Any], device: Any):
         self._scene, self._ensembles, self._device = scene, dict(ensembles), device
@@ -46,13 +46,13 @@ class Surroundings:
 
     @property
     def recordable(self) -> bool:
-        """Whether ``exert`` is kernels alone, on one thread."""
+        """Whether ``apply`` is kernels alone, on one thread."""
         return self.neighbours is None or self.neighbours.threads == 1
 
     @property
-    def edition(self) -> Any:
-        """Another object when what ``exert`` launches has changed."""
-        return None if self.neighbours is None else self.neighbours.edition
+    def version(self) -> Any:
+        """Another object when what ``apply`` launches has changed."""
+        return None if self.neighbours is None else self.neighbours.version
 
     def refresh(self) -> None:
         """Make lists of neighbours of the present positions."""
@@ -74,7 +74,7 @@ class Surroundings:
         self.neighbours.renew()
         return True
 
-    def exert(self) -> None:
+    def apply(self) -> None:
         """Forces of the present positions, by lists of neighbours that are made when ``refresh`` is called."""
         if self.neighbours:
             self._rebuilt()
@@ -85,7 +85,7 @@ class Surroundings:
             self._walls.add()
 
     def energies(self) -> dict[str, dict[str, np.ndarray]]:
-        """Ensemble → variable → energy [rod] as of the last ``exert``."""
+        """Ensemble → variable → energy [rod] as of the last ``apply``."""
         none = {name: np.zeros(e.count) for name, e in self._ensembles.items()}
         steric, walls = dict(none), {name: none[name] for name in self._cells}
         if self.neighbours:

@@ -9,6 +9,8 @@ import numpy as np
 import warp as wp
 
 from warp_rods.contact.neighbours import Crowd
+from warp_rods.device import device as device_of
+from warp_rods.device import exclusive
 from warp_rods.kernels.contact import box as box_kernels
 from warp_rods.kernels.layout import per_rod, to_host
 from warp_rods.kernels.surface.geometry import Numbers, Parameters
@@ -34,16 +36,17 @@ class Walls:
         device: Any = None,
     ):
         self.strength, self.reach, self.side = strength, reach, -1.0 if outside else 1.0
-        self._device = wp.get_device(device)
+        self._device = device_of(device)
         self._ensembles = list(ensembles)
-        if isinstance(where, Surface):
-            field, self._parameters = where.field, where.device_parameters(self._device)
-        else:
-            p = Parameters()
-            p.v = Numbers(where, *[0.0] * 7)
-            field, self._parameters = box_kernels.slab, wp.array([p], dtype=Parameters, device=self._device)
+        with exclusive:
+            if isinstance(where, Surface):
+                field, self._parameters = where.field, where.device_parameters(self._device)
+            else:
+                p = Parameters()
+                p.v = Numbers(where, *[0.0] * 7)
+                field, self._parameters = box_kernels.slab, wp.array([p], dtype=Parameters, device=self._device)
+            self._energies = [per_rod(e.count, device=self._device) for e in self._ensembles]
         self._kernel = box_kernels.walls_of(field)
-        self._energies = [per_rod(e.count, device=self._device) for e in self._ensembles]
         for e in self._ensembles:
             _ = e.force_array  # an ensemble may have to make room for forces, and then lay out frames
         self.add = Recorded(self._launch, self._device)
@@ -58,4 +61,5 @@ class Walls:
 
     def energies(self) -> list[np.ndarray]:
         """Each ensemble's energy in the wall [rod], ∫ W ds, as of the last ``add``."""
-        return [to_host(energy) for energy in self._energies]
+        with exclusive:
+            return [to_host(energy) for energy in self._energies]

@@ -19,10 +19,10 @@ import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
+from warp_rods.device import cores
+from warp_rods.device import start as start_warp
 from warp_rods.errors import RunFolderError, UnknownReproduction
-from warp_rods.quiet import start_warp
 from warp_rods.reproductions import REPRODUCTIONS, Result, Row
-from warp_rods.rods.recorded import cores
 
 OUT = Path("runs/reproduce")
 REFRESH = 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -32,12 +33,44 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
     return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])
 
 
+RULES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "any finite number": np.isfinite,
+    "positive": lambda values: np.isfinite(values) & (values > 0),
+    "zero or more": lambda values: np.isfinite(values) & (values >= 0),
+}
+"""What the numbers of a parameter may be asked to be."""
+
+
+def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:
+    """One value a rod of a parameter [count], or with one rule for each component [count, component].
+
+    Raises SceneError naming the parameter, what was given and what is allowed.
+    """
+    size = 1 if isinstance(rules, str) else len(rules)
+    try:
+        read = each_rod(values, count, size)
+    except (ValueError, TypeError) as error:
+        raise SceneError(f"{name}: {error}") from None
+    columns = [(rules, read)] if isinstance(rules, str) else [(rule, read[:, i]) for i, rule in enumerate(rules)]
+    for rule, column in columns:
+        if len(wrong := column[~RULES[rule](column)]):
+            raise SceneError(f"{name} = {wrong[0]:g}: must be {rule}")
+    return read
+
+
 def vectors(values: Any, count: int, nodes: int) -> np.ndarray:
     """A force [count, nodes, 3] from one vector for all nodes or from values of that shape; SceneError otherwise."""
     given = np.asarray(values, dtype=np.float64)
     if given.shape not in ((3,), (count, nodes, 3)):
         raise SceneError(f"force: must be one vector, or {(count, nodes, 3)} [rod, node, 3]; has shape {given.shape}")
     return np.ascontiguousarray(np.broadcast_to(given, (count, nodes, 3)))
+
+
+def count_of(name: str, value: Any) -> int:
+    """A number of things, 1 or more; raises SceneError naming it."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise SceneError(f"{name} = {value!r}: must be a whole number, 1 or more")
+    return int(value)
 
 
 def check_step(dt: float, steps: int) -> None:

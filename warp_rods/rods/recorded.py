@@ -4,32 +4,35 @@ from __future__ import annotations
 
 import functools
 import itertools
-import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import warp as wp
 
+from warp_rods.device import cores, exclusive
+
 WORTH_A_THREAD = 10_000
 """Nodes that take a thread a millisecond; with fewer, handing work over costs a share worth speaking of."""
+
+_here = threading.local()
+"""Its ``recording`` is true in a thread that is recording a sequence."""
 
 
 class Recorded:
     """Calls ``launches`` once under capture, on the CPU too, and replays the graph at every call.
 
     A graph freezes scalars and pointers: what changes between steps lives in device arrays. A sequence that is called
-    while a longer one is recorded becomes a part of that.
+    while the same thread records a longer one becomes a part of that. Threads may record and replay at the same time.
     """
 
-    recording = False
-
-    def __init__(self, launches: Callable[[], None], device):
+    def __init__(self, launches: Callable[[], None], device: Any):
         self._launches, self._device = launches, device
         self._graph: Any = None
 
     def __call__(self) -> None:
-        if Recorded.recording:
+        if getattr(_here, "recording", False):
             self._launches()
         else:
             self.record()
@@ -39,13 +42,14 @@ class Recorded:
         """Capture the graph, if that has not been done."""
         if self._graph is not None:
             return
-        Recorded.recording = True
-        try:
-            with wp.ScopedCapture(device=self._device) as capture:
-                self._launches()
-        finally:
-            Recorded.recording = False
-        self._graph = capture.graph
+        with exclusive:
+            _here.recording = True
+            try:
+                with wp.ScopedCapture(device=self._device) as capture:
+                    self._launches()
+            finally:
+                _here.recording = False
+            self._graph = capture.graph
 
 
 class SideBySide:
@@ -79,11 +83,6 @@ def slices(count: int, size: int, device: Any) -> list[slice]:
     threads = 1 if wp.get_device(device).is_cuda else min(cores(), count * size // WORTH_A_THREAD, count)
     edges = [count * i // max(threads, 1) for i in range(max(threads, 1) + 1)]
     return [slice(a, b) for a, b in itertools.pairwise(edges)]
-
-
-def cores() -> int:
-    """The cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @functools.cache

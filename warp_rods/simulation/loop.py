@@ -126,7 +126,7 @@ class Simulation:
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state stays as it is."""
         before = self.state()
-        self._surroundings.exert()
+        self._surroundings.apply()
         for ensemble in self.ensembles.values():
             ensemble.step(self.step_size)
         self.variables()
@@ -143,7 +143,7 @@ class Simulation:
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
         """The present frame as the trajectory keeps it: ensemble → variable → values."""
-        self._surroundings.exert()
+        self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         self._watch_energy(found)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound.rods import BoundRods
 
@@ -61,8 +60,7 @@ class Clamped:
     def rates(self, length: float, turns: np.ndarray) -> np.ndarray:
         """∂Ω/∂t (D.27) of shapes [shape, nodes − 1]; 1/length/time."""
         rods = self.filaments(length, turns)
-        rods.evaluate()
-        return to_host(rods._f.rate)[:, :-1]
+        return rods.reading("geodesic_rate")[:, :-1]
 
 
 def operator(filament: Clamped, length: float, turn: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -68,8 +68,11 @@ class Swimmer:
     @classmethod
     def of(cls, table: Swimmers, rod: int = 0, planar: bool | None = None) -> Swimmer:
         """Rod ``rod`` of a scene's table [[swimmers]]; planar by default where it has no moment."""
-        values = {name: each_rod(getattr(table, name), table.count)[rod] for name in PARAMETERS[:5]}
-        values |= {name: each_rod(getattr(table.flagella, name), table.count)[rod] for name in PARAMETERS[5:]}
+        of_flagella = ("relaxation", "diffusion")
+        values = {
+            name: each_rod(getattr(table.flagella if name in of_flagella else table, name), table.count)[rod]
+            for name in PARAMETERS
+        }
         flat = bool(values["moment"] == 0) if planar is None else planar
         return cls(table.nodes, values, planar=flat, symmetric=table.symmetric)
 

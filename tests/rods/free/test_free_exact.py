@@ -78,7 +78,7 @@ def test_energy_law_holds_to_round_off(device):
     )  # fmt: skip
     rods.force = rng.normal(size=(4, 65, 3))
     rates = rods.rates()
-    bend, twist = rods._values["bend"][:, None], rods._values["twist"][:, None]
+    bend, twist = rods.bend[:, None], rods.twist[:, None]
     bent = bend * (rates["bending"].conj() * rates["bending_rate"]).real
     change = np.sum(bent + twist * rates["twist"] * rates["twist_rate"], axis=1) / 64
     np.testing.assert_allclose(change, rods.power - rods.dissipation, rtol=0, atol=1e-12 * rods.dissipation.max())

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from warp_rods.kernels.bound import state as bound_state
-from warp_rods.kernels.bound import step as bound_step
+from warp_rods.kernels.bound.state import Filaments
+from warp_rods.kernels.bound.step import Growth, History
 from warp_rods.kernels.layout import one_zero, per_node, per_rod
+from warp_rods.rods.views import of_struct
 
 VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
-    *("geodesic", "shear", "load", "to_left", "to_right", "remainder"),
+    *("geodesic", "shear", "transverse_force", "to_left", "to_right", "remainder"),
     *("tension", "along", "across", "rate"),
 )
-PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "gauss")
+PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 
 
 @dataclass
 class Arrays:
     """Arrays of ``rods`` × ``nodes``: parameters and state, history, growth, room for the solves, what is measured."""
 
-    f: Any
-    past: Any
-    growth: Any
+    f: Any  # Filaments
+    past: Any  # History
+    growth: Any  # Growth
     bands: list[wp.array]
     right: wp.array
     work: wp.array
@@ -36,7 +38,7 @@ class Arrays:
 
 
 def allocate(
-    parameters: dict[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], knots: Any, moving: bool, device
+    parameters: Mapping[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], knots: Any, moving: bool, device
 ) -> Arrays:
     """Arrays for filaments with these ``parameters`` {length: [rod], stiffness, intrinsic, drag: [rod, 3]}.
 
@@ -45,7 +47,7 @@ def allocate(
     """
     count = len(parameters["length"])
     shape = (count, nodes)
-    f, past, growth = bound_state.Filaments(), bound_step.History(), bound_step.Growth()
+    f, past, growth = Filaments(), History(), Growth()
     f.spacing = wp.array(parameters["length"] / (nodes - 1), dtype=wp.float64, device=device)
     for name in ("stiffness", "intrinsic", "drag"):
         setattr(f, name, wp.array(parameters[name], dtype=wp.vec3d, device=device))
@@ -59,11 +61,12 @@ def allocate(
     for name in SCALARS:
         setattr(f, name, per_node(*shape, wp.float64, device))
     f.moving = int(moving)
-    f.lift, f.tilt = ((per_node if moving else one_zero)(*shape, wp.float64, device) for _ in range(2))
-    past.pace, past.clock = per_rod(1, wp.vec2d, device), per_rod(1, wp.float64, device)
+    for name in ("normal_velocity", "normal_velocity_slope"):
+        setattr(f, name, (per_node if moving else one_zero)(*shape, wp.float64, device))
     past.spin, past.velocity = per_rod(count, wp.vec3d, device), per_rod(count, wp.vec3d, device)
     past.failed_at = per_rod(count, wp.float64, device)
-    past.geodesic, past.rate, past.increment = (per_node(*shape, wp.float64, device) for _ in range(3))
+    for name in ("geodesic", "rate", "increment"):
+        setattr(past, name, per_node(*shape, wp.float64, device))
     growth.time, growth.length = (wp.array(k, dtype=wp.float64, device=device) for k in knots)
     return Arrays(
         f=f,
@@ -82,6 +85,22 @@ def allocate(
             "load_moment": per_node(*shape, wp.float64, device),
             "orientation": per_node(*shape, wp.quatd, device),
         },
+    )
+
+
+def part(arrays: Arrays, rods: slice) -> Arrays:
+    """The arrays of some of the rods, as views."""
+    a = arrays
+    return Arrays(
+        f=of_struct(Filaments, a.f, rods),
+        past=of_struct(History, a.past, rods),
+        growth=of_struct(Growth, a.growth, rods),
+        bands=[band[rods] for band in a.bands],
+        right=a.right[rods],
+        work=a.work[rods],
+        work_pair=a.work_pair[rods],
+        shear3=a.shear3[rods],
+        out={name: array[rods] for name, array in a.out.items()},
     )
 
 

@@ -2,72 +2,84 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warp_rods.kernels.free.output import Measures
-from warp_rods.kernels.free.state import Flow, Load, Midpoint, Shape, Swimmers
+from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers
 from warp_rods.kernels.layout import one_zero, per_node, per_rod, scratch
+from warp_rods.rods.views import of_array, of_struct
 
-PAIRS = ("bending", "pull", "transverse", "spin", "right_pair", "work_pair", "bending_rate")
-PARAMETERS = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "relaxation", "diffusion")
+PARAMETERS = {
+    "bend": "bending_stiffness",
+    "twist": "twist_stiffness",
+    "moment": "moment",
+    "drag_ratio": "drag_ratio",
+    "rotational_drag": "rotational_drag",
+    "relaxation": "relaxation",
+    "diffusion": "diffusion",
+}
+"""Parameters of a rod by their names in a scene → those in the kernels."""
+PAIRS = ("bending", "transverse_source", "transverse", "spin", "right_pair", "work_pair", "bending_rate")
 WORKSPACE = (
-    "push", "pull", "tension", "axial", "transverse", "spin", "wound", "bishop_spin", "lower2", "lower",
-    "diagonal", "upper", "upper2", "right", "right_pair", "work", "work_pair",
-)  # fmt: skip
+    *("axial_source", "transverse_source", "tension", "axial", "transverse", "spin", "twist_source", "bishop_spin"),
+    *("lower2", "lower", "diagonal", "upper", "upper2", "right", "right_pair", "work", "work_pair"),
+)
 
 
 @dataclass
 class Arrays:
-    """Arrays of ``rods`` × ``nodes``: state, its last change, and what is derived for output."""
+    """Arrays of ``rods`` × ``nodes``: parameters, state, its last change, and what is derived for output."""
 
-    rods: Any
-    now: Any
-    change: Any
-    midpoint: Any
-    clock: wp.array
+    rods: Any  # Swimmers
+    now: Any  # Shape
+    change: Any  # Shape: the last step's
+    midpoint: Any  # Midpoint
     failed_at: wp.array
-    load: Any
-    star: Any
-    scratch: Any
-    flow: Any
-    measures: Any
+    applied: Any  # AppliedForce
+    star: Any  # Shape: extrapolated, scratch
+    scratch: Any  # Flow of a step
+    flow: Any  # Flow that is measured
+    measures: Any  # Measures
     position: wp.array
     rotation: wp.array
     bishop_strain: wp.array
     strain: wp.array
     orientation: wp.array
     spacing: wp.array
-    force: wp.array | None = None
+    force: wp.array | None = None  # in space; None until it is asked for
 
 
-def allocate(parameters: dict[str, np.ndarray], nodes: int, law: int, symmetric: bool, device: Any) -> Arrays:
-    """Arrays for rods with these ``parameters`` {name: [rod]}: all zero but the parameters."""
+def allocate(
+    parameters: Mapping[str, np.ndarray], nodes: int, law: int, law_numbers: np.ndarray, symmetric: bool, device: Any
+) -> Arrays:
+    """Arrays for rods with these ``parameters`` {name: [rod]} and ``law_numbers`` [rod, 4]; all others are zero."""
     count = len(parameters["bend"])
     shape = (count, nodes)
     rods = Swimmers()
-    for name in PARAMETERS:
-        setattr(rods, name, wp.array(parameters[name], dtype=wp.float64, device=device))
+    for name, field in PARAMETERS.items():
+        setattr(rods, field, wp.array(parameters[name], dtype=wp.float64, device=device))
     rods.law = wp.full(count, law, dtype=wp.int32, device=device)
+    rods.law_numbers = wp.array(law_numbers, dtype=wp.vec4d, device=device)
     rods.status = per_rod(count, wp.int32, device)
     rods.spacing = 1.0 / (nodes - 1)
     rods.symmetric = int(symmetric)
-    load = Load()
-    load.now = load.before = one_zero(*shape, wp.vec3d, device)
+    applied = AppliedForce()
+    applied.now = applied.before = one_zero(*shape, wp.vec3d, device)
     return Arrays(
         rods=rods,
         now=_shape(per_node, *shape, device),
         change=_shape(per_node, *shape, device),
         midpoint=_midpoint(count, device),
-        clock=per_rod(3, device=device),
         failed_at=per_rod(count, device=device),
-        load=load,
+        applied=applied,
         star=_shape(scratch, *shape, device),
         scratch=_flow(scratch, *shape, scratch(*shape, wp.vec3d, device), device),
-        flow=_flow(per_node, *shape, load.now, device),
+        flow=_flow(per_node, *shape, applied.now, device),
         measures=_measures(*shape, device),
         position=per_node(*shape, wp.vec3d, device),
         rotation=per_node(*shape, wp.mat33d, device),
@@ -78,26 +90,38 @@ def allocate(parameters: dict[str, np.ndarray], nodes: int, law: int, symmetric:
     )
 
 
+def make_room_for_forces(arrays: Arrays) -> None:
+    """Arrays for external forces, all zero, in place of the one zero that stands for none."""
+    shape = (*arrays.position.shape, wp.vec3d, arrays.position.device)
+    arrays.force = per_node(*shape)
+    arrays.applied.now, arrays.applied.before = per_node(*shape), per_node(*shape)
+    arrays.flow.force = arrays.applied.now
+
+
 def part(arrays: Arrays, rods: slice) -> Arrays:
     """The arrays of some of the rods, as views; with room of their own for what no rod keeps."""
-    count, nodes = arrays.position[rods].shape
-    device = arrays.position.device
-    shared = {"clock": arrays.clock, "star": _shape(scratch, count, nodes, device)}
-    shared["scratch"] = _flow(scratch, count, nodes, scratch(count, nodes, wp.vec3d, device), device)
-    views = {f.name: _view(getattr(arrays, f.name), rods) for f in fields(Arrays) if f.name not in shared}
-    return Arrays(**shared, **views)
-
-
-def _view(value: Any, rods: slice) -> Any:
-    """Some rods of an array, or of the arrays of a struct; what has no rods stays."""
-    if isinstance(value, wp.array):
-        return value[rods]
-    if not hasattr(value, "_cls"):
-        return value
-    struct = value._cls()
-    for name in value._cls.vars:
-        setattr(struct, name, _view(getattr(value, name), rods))
-    return struct
+    a = arrays
+    count, nodes = a.position[rods].shape
+    device = a.position.device
+    return Arrays(
+        rods=of_struct(Swimmers, a.rods, rods),
+        now=of_struct(Shape, a.now, rods),
+        change=of_struct(Shape, a.change, rods),
+        midpoint=of_struct(Midpoint, a.midpoint, rods),
+        failed_at=a.failed_at[rods],
+        applied=of_struct(AppliedForce, a.applied, rods),
+        star=_shape(scratch, count, nodes, device),
+        scratch=_flow(scratch, count, nodes, scratch(count, nodes, wp.vec3d, device), device),
+        flow=of_struct(Flow, a.flow, rods),
+        measures=of_struct(Measures, a.measures, rods),
+        position=a.position[rods],
+        rotation=a.rotation[rods],
+        bishop_strain=a.bishop_strain[rods],
+        strain=a.strain[rods],
+        orientation=a.orientation[rods],
+        spacing=a.spacing[rods],
+        force=of_array(a.force, rods),
+    )
 
 
 def _shape(make: Any, rods: int, nodes: int, device: Any) -> Any:

@@ -3,18 +3,42 @@
 A law is a row of ``LAWS`` and a function in ``kernels/free/flagella.py``; a profile is a row of ``PROFILES``.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import flagella as kernel
+from warp_rods.rods.per_rod import parameter
 
-LAWS: dict[str, int] = {
-    "relaxing": int(kernel.RELAXING),
-    "held": int(kernel.HELD),
+MOST_NUMBERS = 4
+"""Parameters of its own that a law may have."""
+
+
+@dataclass(frozen=True)
+class LawParameter:
+    """A number of a law, for all rods or one a rod: its default, and what it may be (``per_rod.RULES``)."""
+
+    default: float
+    allowed: str = "any finite number"
+
+
+@dataclass(frozen=True)
+class Law:
+    """A row of the table: the law's number in the kernels, and its own parameters in the order of ``numbers``."""
+
+    number: int
+    parameters: Mapping[str, LawParameter] = field(default_factory=dict)
+
+
+LAWS: dict[str, Law] = {
+    "relaxing": Law(int(kernel.RELAXING)),
+    "held": Law(int(kernel.HELD)),
 }
 """``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: only the diffusion; with D = 0, f stays."""
 
@@ -31,7 +55,8 @@ class Flagella:
     """How the flagellar field of an ensemble starts and evolves, dimensionless.
 
     relaxation τf > 0, diffusion D ≥ 0: a number or one a rod. profile: a name in ``PROFILES``, a function of
-    s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the profile ``tanh``. law: in ``LAWS``.
+    s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the profile ``tanh``. law: in ``LAWS``;
+    numbers: the law's own parameters by name. Raises SceneError for a law that is not known.
     """
 
     relaxation: Any = 1e-2
@@ -39,26 +64,62 @@ class Flagella:
     profile: str | Callable[[np.ndarray], ArrayLike] | ArrayLike = "tanh"
     sharpness: float = 10.0
     law: str = "relaxing"
+    numbers: Mapping[str, Any] = field(default_factory=dict)
 
-    def start(self, s: np.ndarray) -> np.ndarray:
-        """f at the start at arc lengths ``s`` [node]; raises ValueError for an unknown name."""
-        if isinstance(self.profile, str):
-            return named(PROFILES, "profile", self.profile)(s, self.sharpness)
-        values = self.profile(s) if callable(self.profile) else self.profile
-        return np.asarray(values, dtype=float)
+    def __post_init__(self) -> None:
+        own = named(LAWS, "flagella.law", self.law).parameters
+        refuse_unknown(self.numbers, own, f"flagella.numbers of the law {self.law!r}")
+
+    @classmethod
+    def read(cls, given: Flagella | Mapping[str, Any] | None) -> Flagella:
+        """From a mapping with the names of the fields and of the law's own parameters; None: no flagella.
+
+        Raises SceneError naming a key that is not known.
+        """
+        if given is None:
+            return PASSIVE
+        if isinstance(given, cls):
+            return given
+        if not isinstance(given, Mapping):
+            raise SceneError(f"flagella = {given!r}: must be a mapping, Flagella or None")
+        own = [one.name for one in fields(cls) if one.name != "numbers"]
+        law = named(LAWS, "flagella.law", given.get("law", cls.law))
+        refuse_unknown(given, [*own, *law.parameters, "numbers"], "flagella")
+        numbers = {name: value for name, value in given.items() if name in law.parameters}
+        return cls(
+            **{name: value for name, value in given.items() if name in own},
+            numbers={**given.get("numbers", {}), **numbers},
+        )
+
+    def start(self, s: np.ndarray, count: int) -> np.ndarray:
+        """f at the start [rod, node] at arc lengths ``s`` [node]; raises SceneError for values that do not fit."""
+        profile = self.profile
+        if isinstance(profile, str):
+            profile = named(PROFILES, "flagella.profile", profile)(s, self.sharpness)
+        try:
+            given = np.asarray(profile(s) if callable(profile) else profile, dtype=float)
+            values = np.broadcast_to(given, (count, len(s)))
+        except (TypeError, ValueError) as error:
+            raise SceneError(
+                f"flagella.profile: must be one of {', '.join(PROFILES)}, a function of s, or numbers [node] or "
+                f"[rod, node] for {count} rods of {len(s)} nodes: {error}"
+            ) from None
+        if not np.isfinite(values).all():
+            raise SceneError("flagella.profile: must be finite at every node")
+        return np.ascontiguousarray(values)
 
     @property
     def number(self) -> int:
-        """The law's number in the kernels; raises ValueError for an unknown name."""
-        return named(LAWS, "law", self.law)
+        """The law's number in the kernels."""
+        return LAWS[self.law].number
+
+    def law_numbers(self, count: int) -> np.ndarray:
+        """The law's own parameters [rod, 4] in its order, zeros after them; raises SceneError for impossible ones."""
+        values = np.zeros((count, MOST_NUMBERS))
+        for column, (name, row) in enumerate(LAWS[self.law].parameters.items()):
+            values[:, column] = parameter(f"flagella.{name}", self.numbers.get(name, row.default), count, row.allowed)
+        return values
 
 
 PASSIVE = Flagella(profile=np.zeros_like, diffusion=0.0, law="held")
 """No flagella: f = 0 always."""
-
-
-def named(table: dict[str, Any], what: str, name: str) -> Any:
-    """A row of a table; raises ValueError with the names there are."""
-    if name not in table:
-        raise ValueError(f'{what} "{name}" is not one of {", ".join(table)}')
-    return table[name]

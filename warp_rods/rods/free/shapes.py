@@ -1,16 +1,22 @@
-"""Strains that a free rod may start from, material frame, index 0 twist."""
+"""Strains that a free rod may start from, material frame, component 0 twist."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from warp_rods.rods.free.flagella import named
+from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.rods.modes import beam_mode
+from warp_rods.rods.per_rod import parameter
 
 
 def mode(s, amplitude, parameters, *, mode: int = 0):
     """Planar: κ = amplitude φ_mode."""
+    if not isinstance(mode, (int, np.integer)) or mode < 0:
+        raise SceneError(f"shape.mode = {mode!r}: must be a whole number, 0 or more")
     return _strain(0.0, 0.0, amplitude * beam_mode(mode, s))
 
 
@@ -29,27 +35,42 @@ def straight(s, amplitude, parameters):
     return _strain(0.0, 0.0, 0.0 * amplitude * s)
 
 
-SHAPES = {"mode": mode, "writhe": writhe, "straight": straight}
+SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, "straight": straight}
 """By ``kind``: functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]} and what the kind needs."""
 
 
-def initial_strain(shape: Any, nodes: int, parameters: dict[str, np.ndarray]) -> np.ndarray:
+def initial_strain(shape: Any, nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
-    parameters: {name: [rod]}; None stands for beam mode 0 of amplitude 1. Raises ValueError for an unknown kind.
+    parameters: {name: [rod]}; None stands for beam mode 0 of amplitude 1. Raises SceneError for an unknown kind or
+    key, and for values that do not fit or are not finite.
     """
     rods = len(parameters["bend"])
     if shape is None:
-        shape = {"kind": "mode"}
-    if isinstance(shape, Mapping):
-        rest = dict(shape)
-        make = named(SHAPES, "shape", rest.pop("kind"))
-        columns = {name: value[:, None] for name, value in parameters.items()}
-        amplitude = np.broadcast_to(np.asarray(rest.pop("amplitude", 1.0), dtype=float), (rods,))[:, None]
-        shape = make(np.linspace(-0.5, 0.5, nodes), amplitude, columns, **rest)
-    strain = np.array(np.broadcast_to(np.asarray(shape, dtype=float), (rods, nodes, 3)))
+        shape = {}
+    values = _made(shape, nodes, parameters) if isinstance(shape, Mapping) else shape
+    try:
+        strain = np.array(np.broadcast_to(np.asarray(values, dtype=float), (rods, nodes, 3)))
+    except (TypeError, ValueError) as error:
+        raise SceneError(
+            f"shape: must be a table such as {{'kind': 'mode'}}, or strains {(rods, nodes, 3)} [rod, node, 3]: {error}"
+        ) from None
+    if not np.isfinite(strain).all():
+        raise SceneError("shape: strains must be finite at every node")
     strain[:, [0, -1]] = 0.0
     return strain
+
+
+def _made(table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Strains of a table {kind, amplitude, …}."""
+    rest = dict(table)
+    kind = rest.pop("kind", "mode")
+    make = named(SHAPES, "shape.kind", kind)
+    own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]
+    amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), len(parameters["bend"]), "any finite number")
+    refuse_unknown(rest, [*own, "kind", "amplitude"], f"shape of kind {kind}")
+    columns = {name: value[:, None] for name, value in parameters.items()}
+    return make(np.linspace(-0.5, 0.5, nodes), amplitude[:, None], columns, **rest)
 
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:

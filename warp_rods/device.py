@@ -1,0 +1,77 @@
+"""Warp as this package uses it: started quietly, devices by name, one thread at a time where Warp needs that."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import warp as wp
+
+from warp_rods.errors import SceneError
+
+exclusive = threading.RLock()
+"""Held wherever this package launches, copies or allocates outside a recorded graph.
+
+Warp records a graph for the whole process: what another thread launches meanwhile would become a part of it. Graphs
+are replayed without the lock, so that threads step their ensembles side by side.
+"""
+
+
+def start() -> None:
+    """Start Warp without its greeting and without its warning of a missing CUDA driver; later calls do nothing."""
+    global _started
+    with exclusive:
+        if _started:
+            return
+        if wp.config.log_level == wp.LOG_INFO:  # a user who set another level keeps it
+            wp.config.log_level = wp.LOG_WARNING
+        with _without_stderr():
+            wp.init()
+        _started = True
+
+
+_started = False
+
+
+def device(name: Any = None) -> wp.Device:
+    """The Warp device of this name, or Warp's default."""
+    start()
+    return wp.get_device(name)
+
+
+def choose(name: str | None) -> str:
+    """The name of a device; None or "auto" is CUDA where there is one. Raises SceneError for one that is not here."""
+    start()
+    known = [device.alias for device in wp.get_devices()]
+    if name in (None, "auto"):
+        return "cuda:0" if "cuda:0" in known else "cpu"
+    if name not in known:
+        raise SceneError(f"device = {name}: there is no such device here; there are {', '.join(['auto', *known])}")
+    return name
+
+
+def cores() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def _without_stderr() -> Iterator[None]:
+    """The warning comes from native code, which writes to the file descriptor and not to Python's stream."""
+    try:
+        sys.stderr.flush()
+        kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    except (OSError, AttributeError):  # no standard error: nothing to keep quiet
+        yield
+        return
+    os.dup2(null, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(null)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -47,15 +48,32 @@ def run(
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
     from warp_rods.analysis.summary import summary
-    from warp_rods.simulation import runner
+    from warp_rods.workflow import run as run_scene
 
     console = Console(markup=False, highlight=False)
     if resume and overwrite:
         raise SceneError("--resume and --overwrite: one goes on with a run, the other replaces it; give one of them")
-    done = runner.run(scene, out, device=device, overwrite=overwrite, resume=resume, console=console)
+    _log_to(console)
+    done = run_scene(scene, out, device=device, overwrite=overwrite, resume=resume, console=console)
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+
+
+def _log_to(console: Console) -> None:
+    """Show what a run says on this console, above its progress bar."""
+
+    class ToConsole(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            if record.levelno >= logging.WARNING:
+                console.print(f"warning: {record.getMessage()}", style="yellow")
+            else:
+                console.print(record.getMessage())
+
+    log = logging.getLogger("warp_rods")
+    log.setLevel(logging.INFO)
+    log.handlers = [ToConsole()]
+    log.propagate = False
 
 
 @app.command()

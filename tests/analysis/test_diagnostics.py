@@ -106,7 +106,7 @@ def test_a_run_is_measured(tmp_path):
     sphere = {"surface": {"kind": "sphere", "radius": 1.0}, "filaments": [sensor]}
     time = {"end": 0.125, "step": 1e-3, "save_every": 0.01}
     scene = Scene.parse({"swimmers": [swimmer], **sphere, "time": time})
-    data = runner.run(scene, tmp_path / "run", device="cpu").data
+    data = runner.simulate(scene, tmp_path / "run", device="cpu").data
     found = measure(data["cell"].to_dataset(), *MEASURES)
     assert set(found.data_vars) == set(MEASURES)
     assert all(array.attrs.keys() >= {"units", "long_name", "source"} for array in found.data_vars.values())

@@ -21,7 +21,7 @@ def buckling(tmp_path_factory) -> xr.Dataset:
     filaments = scene.filaments[0].model_dump(exclude_none=True)
     filaments |= {"nodes": 65, "length": 0.8, "growth": {"rate": 0.1, "until": 1.2}}
     table = scene.model_dump(exclude_none=True) | {"filaments": [filaments], "time": {"end": 5.0, "save_every": 0.02}}
-    run = runner.run(Scene.model_validate(table), tmp_path_factory.mktemp("run") / "bridge", device="cpu")
+    run = runner.simulate(Scene.model_validate(table), tmp_path_factory.mktemp("run") / "bridge", device="cpu")
     return run.data["escrt"].to_dataset().load()
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from warp_rods import workflow
 from warp_rods.draw.usd.box import into_box
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
 
 CELLS = {
     "name": "cells", "count": 4, "nodes": 17, "bend": 1e-2, "twist": 1e-3, "flagella": {"profile": "uniform"},
@@ -23,7 +23,7 @@ def stage_of(kind: str, folder):
     from pxr import Usd
 
     scene = Scene(swimmers=[CELLS], box=BOXES[kind], steric=STERIC, time={"end": 1.5, "save_every": 0.5, "step": 1e-3})
-    run = runner.run(scene, folder, device="cpu")
+    run = workflow.run(scene, folder, device="cpu")
     return run.data["cells"].to_dataset(), Usd.Stage.Open(str(folder / "animation.usdc"))
 
 

@@ -226,7 +226,7 @@ def test_a_law_may_have_parameters_of_its_own(monkeypatch):
     monkeypatch.setitem(flagella.LAWS, "biased", row)
     rods = FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": [0.2, 0.3]}, device="cpu")
     np.testing.assert_array_equal(rods._arrays.rods.law_numbers.numpy(), [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
-    with pytest.raises(SceneError, match="flagella.threshold = -1: must be positive"):
+    with pytest.raises(SceneError, match=r"flagella\.threshold = -1: must be positive"):
         FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": -1.0}, device="cpu")
     with pytest.raises(SceneError, match="unknown key 'threshold'"):
         FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "relaxing", "threshold": 1.0}, device="cpu")

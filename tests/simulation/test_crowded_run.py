@@ -71,7 +71,7 @@ def test_without_sterics_they_pass_through_each_other():
 def test_a_swarm_that_was_stopped_goes_on_to_the_same_bits(tmp_path, monkeypatch):
     """With long steps, cut by contact, and interrupted within the steps from one frame to the next."""
     scene = film(end=0.2, step=4e-3)
-    whole = runner.run(scene, tmp_path / "whole", device="cpu").data
+    whole = runner.simulate(scene, tmp_path / "whole", device="cpu").data
     monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
     real, calls = Simulation.to_next_frame, []
 
@@ -85,10 +85,10 @@ def test_a_swarm_that_was_stopped_goes_on_to_the_same_bits(tmp_path, monkeypatch
     with monkeypatch.context() as m:
         m.setattr(Simulation, "to_next_frame", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            runner.run(scene, tmp_path / "stopped", device="cpu")
+            runner.simulate(scene, tmp_path / "stopped", device="cpu")
     assert open_run(tmp_path / "stopped")["soft"].sizes["frame"] == 4
     assert int(np.load(tmp_path / "stopped" / "checkpoint.npz")["parts"]) > 1
-    again = runner.run(scene, tmp_path / "stopped", device="cpu", resume=True).data
+    again = runner.simulate(scene, tmp_path / "stopped", device="cpu", resume=True).data
     for name in ("soft", "stiff"):
         for variable in ("position", "activity", "steric_energy", "wall_energy"):
             np.testing.assert_array_equal(again[name][variable], whole[name][variable])
@@ -121,7 +121,7 @@ def test_every_mixture_runs(changes, tmp_path):
         "time": {"end": 0.01, "step": 5e-4, "save_every": 5e-3},
     } | changes  # fmt: skip
     tables = {key: value for key, value in tables.items() if value is not None}
-    run = runner.run(Scene.parse(tables), tmp_path / "run", device="cpu")
+    run = runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu")
     assert not run.lost
     felt = {"steric_energy": 0.0, "wall_energy": 0.0}
     for group in run.data.children.values():

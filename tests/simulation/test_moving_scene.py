@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from warp_rods import workflow
 from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.mesh import follow, triangulate
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
 from warp_rods.simulation.loop import Simulation
 
 
@@ -61,7 +61,7 @@ def scene(radius: str = "1.0 - 2*t", end: str = "free") -> Scene:
 def test_a_scene_keeps_its_texts_and_runs_without_doubts_to_a_mesh_that_moves(tmp_path):
     given = scene()
     assert Scene.parse(given.to_toml()) == given
-    run = runner.run(given, tmp_path / "run", device="cpu")
+    run = workflow.run(given, tmp_path / "run", device="cpu")
     data = run.data["arcs"].to_dataset()
     assert not run.lost and float(data.constraint.max()) < 1e-9
     np.testing.assert_allclose(np.linalg.norm(data.position[-1], axis=-1), 0.6, atol=1e-9)
@@ -85,7 +85,7 @@ def test_energy_that_the_membrane_gives_is_no_doubt():
     for _ in range(2):
         list(simulation.to_next_frame())
         simulation.variables()
-    assert simulation.new_doubts() == []
+    assert simulation.new_warnings() == []
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ def shortened(name: str, end: float, save_every: float) -> Scene:
 
 @pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda p: p.stem)
 def test_scene_runs(path, tmp_path):
-    run = runner.run(shortened(path.name, 0.02, 0.01), tmp_path / "run", device="cpu")
+    run = runner.simulate(shortened(path.name, 0.02, 0.01), tmp_path / "run", device="cpu")
     assert not run.lost
     for group in run.data.children.values():
         assert group.sizes["frame"] == 3
@@ -40,7 +40,7 @@ def closest_approach(position: np.ndarray) -> float:
 
 def test_convex_sensors_find_the_bulbs(tmp_path):
     """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
-    data = runner.run(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
+    data = runner.simulate(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
     assert float(data.gauss[0].mean()) == pytest.approx(1.3, abs=0.2)
     assert float(data.gauss[-1].mean()) == pytest.approx(2.0, abs=0.1)
     assert (data.gauss[-1] > 0).all()
@@ -54,25 +54,25 @@ def test_convex_sensors_find_the_bulbs(tmp_path):
 
 
 def test_concave_sensors_find_the_neck(tmp_path):
-    data = runner.run(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
+    data = runner.simulate(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
     assert (data["sensors"]["gauss"][-1] < 0).all()
 
 
 def test_twist_picks_the_hand_of_a_helix(tmp_path):
-    data = runner.run(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
+    data = runner.simulate(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
     right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
     assert (right > 0.1).all() and (left < -0.1).all()
 
 
 @pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
 def test_only_without_sterics_a_soft_cell_passes_through_itself(name, passes, tmp_path):
-    data = runner.run(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
+    data = runner.simulate(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
     assert bool(crossings(data).crossings.sum() > 0) == passes
     assert (data.steric_energy.max() > 5e-4) != passes
 
 
 def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
-    data = runner.run(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
+    data = runner.simulate(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
     radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)
     assert radius.max() < 1.5  # the wall pushes from 0.05 before it; a swimmer cannot press as hard as it does there
     assert np.median(radius[-1]) > 1.3

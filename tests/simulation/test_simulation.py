@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from warp_rods import workflow
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
@@ -77,7 +78,7 @@ def test_groups_push_each_other_and_lose_energy():
 
 
 def test_a_run_leaves_a_folder_that_reads(tmp_path):
-    run = runner.run(scene(), tmp_path / "run", device="cpu")
+    run = workflow.run(scene(), tmp_path / "run", device="cpu")
     assert {p.name for p in run.folder.iterdir()} == {
         "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc"
     }  # fmt: skip
@@ -95,7 +96,7 @@ def test_a_run_leaves_a_folder_that_reads(tmp_path):
 
 
 def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path, monkeypatch):
-    whole = runner.run(scene(), tmp_path / "whole", device="cpu").data
+    whole = runner.simulate(scene(), tmp_path / "whole", device="cpu").data
     monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
     stopped = tmp_path / "stopped"
 
@@ -110,26 +111,26 @@ def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path, monkeypatch):
     with monkeypatch.context() as m:
         m.setattr(Simulation, "to_next_frame", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            runner.run(scene(), stopped, device="cpu")
+            runner.simulate(scene(), stopped, device="cpu")
     assert open_run(stopped)["convex"].sizes["frame"] == 4
-    again = runner.run(scene(), stopped, device="cpu", resume=True).data
+    again = runner.simulate(scene(), stopped, device="cpu", resume=True).data
     for name in ("convex", "saddle"):
         np.testing.assert_array_equal(again[name]["position"], whole[name]["position"])
         np.testing.assert_array_equal(again[name]["time"], whole[name]["time"])
 
 
 def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
-    runner.run(scene(), tmp_path, device="cpu")
+    runner.simulate(scene(), tmp_path, device="cpu")
     with pytest.raises(RunFolderError, match="--overwrite"):
-        runner.run(scene(), tmp_path, device="cpu")
+        runner.simulate(scene(), tmp_path, device="cpu")
     shorter = scene(time={"end": 0.02, "save_every": 0.01, "step": 5e-4})
     with pytest.raises(RunFolderError, match=r"beyond time\.end = 0\.02"):
-        runner.run(shorter, tmp_path, device="cpu", resume=True)
+        runner.simulate(shorter, tmp_path, device="cpu", resume=True)
     with pytest.raises(RunFolderError, match="differs from the scene given in seed"):
-        runner.run(scene(seed=9), tmp_path, device="cpu", resume=True)
+        runner.simulate(scene(seed=9), tmp_path, device="cpu", resume=True)
     longer = scene(time={**SCENE["time"], "end": 0.07})
-    assert runner.run(longer, tmp_path, device="cpu", resume=True).data["convex"].sizes["frame"] == 8
-    assert runner.run(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
+    assert runner.simulate(longer, tmp_path, device="cpu", resume=True).data["convex"].sizes["frame"] == 8
+    assert runner.simulate(shorter, tmp_path, device="cpu", overwrite=True).data["convex"].sizes["frame"] == 3
 
 
 @pytest.mark.parametrize("time", [{"step": 4e-3, "save_every": 0.1}, {"save_every": 0.1}, {}], ids=str)
@@ -137,7 +138,9 @@ def test_a_finished_run_can_be_made_longer(time, tmp_path):
     """Whether its step divides its frames or was chosen: with the bits of a run that was long from the start."""
 
     def run(end, folder, **kind):
-        return runner.run(Scene(swimmers=[CELL], time={"end": end, **time}), tmp_path / folder, device="cpu", **kind)
+        return runner.simulate(
+            Scene(swimmers=[CELL], time={"end": end, **time}), tmp_path / folder, device="cpu", **kind
+        )
 
     run(0.3, "run")
     longer = run(0.6, "run", resume=True).data
@@ -152,10 +155,10 @@ def test_a_finished_run_can_be_made_longer(time, tmp_path):
 def test_nothing_is_written_for_a_scene_that_cannot_be_laid_out(tmp_path):
     long = {**SCENE["filaments"][0], "length": 20.0}
     with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):
-        runner.run(scene(filaments=[long]), tmp_path / "none", device="cpu")
+        runner.simulate(scene(filaments=[long]), tmp_path / "none", device="cpu")
     crowd = {**SCENE["filaments"][0], "count": 40}
     with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40.*fit 0.5 apart"):
-        runner.run(scene(filaments=[crowd], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
+        runner.simulate(scene(filaments=[crowd], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
@@ -195,7 +198,7 @@ def test_swimmers_start_where_they_are_placed_and_swim(tmp_path):
         "placement": {"position": [[1, 2, 3], [4, 5, 6]], "direction": [[0, 0, 2], [1, 0, 0]]},
     }  # fmt: skip
     tables = {"swimmers": [cells], "time": {"end": 0.2, "step": 1e-3, "save_every": 0.1}}
-    data = runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["cells"].to_dataset()
+    data = runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu").data["cells"].to_dataset()
     np.testing.assert_allclose(data.position[0, :, 32], [[1, 2, 3], [4, 5, 6]], atol=1e-14)
     chord = (data.position[0, :, 33] - data.position[0, :, 31]).to_numpy()
     np.testing.assert_allclose(chord * 32, [[0, 0, 1], [1, 0, 0]], atol=2e-3)
@@ -217,7 +220,7 @@ def test_swimmers_and_filaments_push_each_other(tmp_path):
     placed_filament = {"placement": {"position": [[0, -0.04, 0]], "direction": [[1, 0, 0]]}}
     time = {"end": 0.1, "step": 1e-3, "save_every": 0.05}
     tables = {"surface": plane, "swimmers": [{**CELL, **placed}], "filaments": [{**filament, **placed_filament}]}
-    data = runner.run(Scene.parse({**tables, "steric": STERIC, "time": time}), tmp_path / "run", device="cpu").data
+    data = runner.simulate(Scene.parse({**tables, "steric": STERIC, "time": time}), tmp_path / "run", device="cpu").data
     middles = data["cells"]["position"][:, :, 16, 1].to_numpy()
     assert (np.diff(middles[-1]) > np.diff(middles[0])).all()
     assert float(data["convex"]["position"][-1, 0, 8, 1]) < -0.04
@@ -241,11 +244,11 @@ def test_swimmers_and_filaments_push_each_other(tmp_path):
 )
 def test_what_does_not_go_together_is_said_before_anything_is_written(tmp_path, tables, said):
     with pytest.raises(SceneError, match=said):
-        runner.run(Scene.parse({**tables, "time": {"end": 0.1, "step": 1e-3}}), tmp_path / "none", device="cpu")
+        runner.simulate(Scene.parse({**tables, "time": {"end": 0.1, "step": 1e-3}}), tmp_path / "none", device="cpu")
     assert not (tmp_path / "none").exists()
 
 
 def test_a_filament_that_is_remeshed_at_once_runs(tmp_path):
     growing = {**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 16 + 1e-6}}
     tables = {"surface": SCENE["surface"], "filaments": [growing], "time": {"end": 0.01, "step": 5e-4}}
-    assert runner.run(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17
+    assert runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17

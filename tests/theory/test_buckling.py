@@ -141,7 +141,7 @@ def test_a_spiral_does_not_pass_through_itself(tmp_path):
     """Without sterics its turns come closer than half a core."""
     gaps = {}
     for steric in (True, False):
-        run = runner.run(shortened_spiral(steric), tmp_path / str(steric), device="cpu")
+        run = runner.simulate(shortened_spiral(steric), tmp_path / str(steric), device="cpu")
         data = run.data["escrt"].to_dataset().load().isel(rod=0)
         frames = zip(data.position.values, data.length.values, strict=True)
         gaps[steric] = min(gap(position, float(length), 0.05) for position, length in frames)

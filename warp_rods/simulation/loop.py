@@ -1,75 +1,26 @@
-"""The loop: pair forces, step, save, checkpoint, progress. It knows no physics and writes only the run folder."""
+"""The loop: steps from frame to frame, with what rods feel of each other, and hooks. It knows no physics."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
-import warp as wp
 
 from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
-from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.device import device as device_of
+from warp_rods.errors import RodFailure, RunFolderError
+from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
-from warp_rods.rods.variables import Variable
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import layout as ensembles
+from warp_rods.simulation import layout
+from warp_rods.simulation.frames import Frames
+from warp_rods.simulation.hooks import Cadence, Hook
+from warp_rods.simulation.watch import EnergyWatch
 
-RISE = 1e-3
-"""Relative rise of the energy of passive filaments from frame to frame that is told; round-off is far below."""
-MOST_STEPS, MOST_FRAMES = 1e10, 1e6
 FEWEST_STEPS = 1000
 """Steps that a run takes at least when the scene names none: bounds are of stability, this is for accuracy."""
-
-
-class Ensemble(Protocol):
-    """What every ensemble of rods offers to the loop."""
-
-    count: int
-    nodes: int
-    time: float
-    saved: dict[str, Variable]
-
-    def static(self) -> dict[str, np.ndarray]: ...
-    def step(self, dt: float, steps: int = 1) -> None: ...
-    def variables(self) -> dict[str, np.ndarray]: ...
-    def state(self) -> dict[str, np.ndarray]: ...
-    def restore(self, state: dict[str, np.ndarray]) -> None: ...
-    def failures(self) -> list[tuple[int, float, str]]: ...
-    def parameters(self, rod: int) -> dict[str, Any]: ...
-
-
-@dataclass(frozen=True)
-class Frames:
-    """When frames are saved, and the steps between them."""
-
-    times: np.ndarray
-    """[frame], the first 0."""
-    steps: np.ndarray
-    """[frame]: steps that lead to each, the first 0."""
-
-    @property
-    def longest_step(self) -> float:
-        """The longest Δt between any two frames."""
-        return float((np.diff(self.times) / self.steps[1:]).max())
-
-    @classmethod
-    def plan(cls, end: float, every: float, step: float) -> Frames:
-        """Frames each ``every`` and at ``end``, with equal steps of at most ``step`` from one to the next."""
-        if not end / every < MOST_FRAMES:
-            raise SceneError(f"time.save_every = {every:g}: {end / every:.3g} frames are too many; save less often")
-        count = math.floor(end / every + 1e-9)
-        times = every * np.arange(count + 1)  # the last too where it is the end: a longer run has the same
-        if times[-1] < end * (1 - 1e-9):
-            times = np.append(times, end)
-        spans = np.diff(times, prepend=0.0)
-        steps = np.ceil(spans / step * (1 - 1e-9))
-        if not steps.sum() < MOST_STEPS:
-            raise SceneError(f"time.end = {end:g}: {steps.sum():.3g} steps of {step:.3g} are out of reach")
-        return cls(times, steps.astype(int))
 
 
 class Simulation:
@@ -80,25 +31,32 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, device: str | None = None):
-        self.scene, self.device = scene, wp.get_device(device)
+        self.scene, self.device = scene, device_of(device)
         self._known_failures: set[tuple[str, int]] = set()
-        layout = ensembles.lay_out(scene, self.device)
-        self.ensembles: dict[str, Ensemble] = layout.ensembles
-        self.notes = layout.notes
-        self._membrane_works = layout.surface is not None and layout.surface.moving
+        laid_out = layout.lay_out(scene, self.device)
+        self.ensembles: dict[str, Ensemble] = laid_out.ensembles
+        self.notes = laid_out.notes
+        self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device)
         self._surroundings.refresh()
         self.contact = Contact(self.ensembles, self._surroundings, self.device)
-        self.step_size, self.warnings = self._choose_step(layout.limits)
-        self.warnings += layout.warnings
+        self.step_size, self.warnings = self._choose_step(laid_out.limits)
+        self.warnings += laid_out.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
         if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
             self.step_size = self.frames.longest_step
             self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
         self.frame = 0
-        self._energies: dict[str, np.ndarray] = {}
-        self._doubted: set[str] = set()
-        self._doubts: list[str] = []
+        self.steps_taken = 0
+        """Planned steps since the start; one that contact cuts into parts counts once."""
+        self.stopped: str | None = None
+        """Why a hook ended the run, if one did."""
+        self._hooks: list[Hook] = []
+        self._watch_anew()
+
+    def __repr__(self) -> str:
+        ensembles = ", ".join(f"{e.count} {name}" for name, e in self.ensembles.items())
+        return f"<Simulation of {ensembles} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
         """The scene's step, or a safe share of the smallest bound; a line for each bound that it breaks."""
@@ -113,77 +71,101 @@ class Simulation:
             for name, limit in broken
         ]
 
+    def _watch_anew(self) -> None:
+        self._energy = EnergyWatch(self._surroundings.neighbours is not None)
+        self._contact_said = False
+        self._new_warnings: list[str] = []
+
+    # --- going on ---------------------------------------------------------------------------------------------------
+
     @property
     def time(self) -> float:
         """Time of the last frame reached."""
         return float(self.frames.times[self.frame])
 
     @property
+    def now(self) -> float:
+        """Time of the present state."""
+        return next(iter(self.ensembles.values())).time
+
+    @property
     def rods(self) -> int:
         """Rods of all ensembles."""
         return sum(e.count for e in self.ensembles.values())
 
+    @property
+    def finished(self) -> bool:
+        """Whether the last frame was reached, or a hook ended the run."""
+        return self.frame == self.frames.last or self.stopped is not None
+
+    def attach(self, cadence: Cadence, function: Callable[[Simulation], Any]) -> None:
+        """Have ``function(simulation)`` called when its cadence comes due: ``wr.every(steps=…)`` or ``every(time=…)``.
+
+        It is called after the first step that reaches its time, and at the start; with steric forces after a few
+        steps together, as these may be taken back. It does not change the bits of the run. A function may read
+        ensembles and call ``stop``.
+        """
+        self._hooks.append(Hook(cadence, function))
+
+    def stop(self, reason: str) -> None:
+        """End the run at its next frame, which is saved."""
+        self.stopped = reason
+
+    def advance(self) -> Iterator[int]:
+        """Go on to the last frame, calling hooks; yields how many planned steps have been taken since the start."""
+        self._call_hooks()
+        while not self.finished:
+            for _ in self.to_next_frame():
+                yield self.steps_taken
+                if self.steps_taken < self.frames.steps_to(self.frame + 1):
+                    self._call_hooks()
+            self._call_hooks()
+
+    def _call_hooks(self) -> None:
+        for hook in self._hooks:
+            hook.call_if_due(self)
+
+    def to_next_frame(self) -> Iterator[int]:
+        """Step to the next frame; yields now and then how many steps of it are done."""
+        target, before = self.frame + 1, self.steps_taken
+        steps = int(self.frames.steps[target])
+        dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
+        for done in self.contact.advance(dt, steps):
+            self.steps_taken = before + done
+            yield done
+        self.frame = target
+
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state stays as it is."""
-        before = self.state()
+        before, hooks, self._hooks = self.state(), self._hooks, []
         self._surroundings.apply()
         for ensemble in self.ensembles.values():
             ensemble.step(self.step_size)
         self.variables()
         self.restore(before)
-        self._energies, self._doubts, self._doubted = {}, [], set()
+        self._hooks = hooks
+        self._watch_anew()
 
-    def to_next_frame(self) -> Iterator[int]:
-        """Step to the next frame; yields now and then how many steps of it are done."""
-        target = self.frame + 1
-        steps = int(self.frames.steps[target])
-        dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
-        yield from self.contact.advance(dt, steps)
-        self.frame = target
+    # --- what is read -----------------------------------------------------------------------------------------------
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
         """The present frame as the trajectory keeps it: ensemble → variable → values."""
         self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
-        self._watch_energy(found)
+        if not self._membrane_moves:
+            self._new_warnings += self._energy.look(self.time, found)
         return found
 
-    def _watch_energy(self, found: dict[str, dict[str, np.ndarray]]) -> None:
-        """Passive filaments only lose energy, their sterics' included; where there are none, each of them does.
-
-        On a moving membrane they need not.
-        """
-        if self._membrane_works:
-            return
-        passive = {name: v for name, v in found.items() if "power" not in v and not v["growth_power"].any()}
-        if self._surroundings.neighbours and len(passive) < len(found):
-            return
-        energies = {name: v["energy"] + v["steric_energy"] for name, v in passive.items()}
-        if self._surroundings.neighbours:
-            energies = {"all filaments": np.array([sum(e.sum() for e in energies.values())])}
-        for name, energy in energies.items():
-            before = self._energies.get(name, energy)
-            rose = np.flatnonzero(energy > before * (1 + RISE) + RISE * np.abs(before).mean())
-            if len(rose) and name not in self._doubted:
-                self._doubted.add(name)
-                which = name if self._surroundings.neighbours else f"rod {rose[0]} of {name}"
-                self._doubts.append(
-                    f"by t = {self.time:g} the energy of {which} rose from {before[rose[0]]:.4g} to "
-                    f"{energy[rose[0]]:.4g}, and passive filaments only lose energy: the step is too large, or the "
-                    f"nodes are too few"
-                )
-        self._energies = energies
-
-    def new_doubts(self) -> list[str]:
+    def new_warnings(self) -> list[str]:
         """A line for each thing seen since this was last asked that throws doubt on the answers."""
-        if self.contact.unresolved and "contact" not in self._doubted:
-            self._doubted.add("contact")
-            self._doubts.append(
+        if self.contact.unresolved and not self._contact_said:
+            self._contact_said = True
+            self._new_warnings.append(
                 f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core in a step, however "
                 f"short: rods may have passed through each other; place them farther apart, or weaken what drives them"
             )
-        found, self._doubts = self._doubts, []
+        found, self._new_warnings = self._new_warnings, []
         return found
 
     def new_failures(self) -> list[str]:
@@ -199,6 +181,8 @@ class Simulation:
             raise RodFailure("\n".join([*lines, f"No rod is left: try time.step below {self.step_size:g}."]))
         return lines
 
+    # --- state ------------------------------------------------------------------------------------------------------
+
     def state(self) -> dict[str, np.ndarray]:
         """All that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
@@ -210,9 +194,12 @@ class Simulation:
             prefix = f"{name}/"
             ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
         self._surroundings.refresh()
-        self.contact.parts = int(state.get("parts", 1))  # of a run from before steps were cut there is none
+        self.contact.parts = int(state.get("parts", 1))  # absent in states from before steps were cut
         self.frame = int(state["frame"])
-        if self.frame >= len(self.frames.times):
+        if self.frame > self.frames.last:
             raise RunFolderError(f"the run is beyond time.end = {self.scene.time.end:g} already")
         if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
             raise RunFolderError("the run stopped at a time that is no frame of this scene: run it anew")
+        self.steps_taken = self.frames.steps_to(self.frame)
+        for hook in self._hooks:
+            hook.skip_past(self)

@@ -21,6 +21,8 @@ except ImportError:  # no such locks on Windows
     fcntl = None  # type: ignore[assignment]
 
 SCENE, CHECKPOINT = "scene.toml", "checkpoint.npz"
+FORMAT = 2
+"""Of checkpoints: which arrays make up a state."""
 PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
 
 
@@ -78,6 +80,8 @@ class RunFolder:
                 state = dict(stored)
         except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
             raise RunFolderError(f"{path / CHECKPOINT} is damaged ({fault}): run anew with --overwrite") from None
+        if int(state.pop("format", 1)) != FORMAT:
+            raise RunFolderError(f"{path / CHECKPOINT} is of another version of warp-rods: run anew with --overwrite")
         lock = _lock(path)
         writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, attributes)
         return cls(path, writer, lock), state
@@ -89,7 +93,7 @@ class RunFolder:
     def checkpoint(self, state: dict[str, np.ndarray]) -> None:
         """Replace the checkpoint in one move: whenever the machine stops, one whole checkpoint is there."""
         buffer = io.BytesIO()
-        np.savez(buffer, **state)  # type: ignore[arg-type]
+        np.savez(buffer, format=np.array(FORMAT), **state)  # type: ignore[arg-type]
         partial = self.path / f".{CHECKPOINT}.partial"
         with partial.open("wb") as file:
             file.write(buffer.getbuffer())

@@ -1,23 +1,25 @@
-"""One run from a scene to its folder, with a progress bar: what ``warp-rods run`` and ``wr.run`` do."""
+"""One run from a scene to its folder: steps, frames, checkpoints, progress."""
 
 from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import warp as wp
 import xarray as xr
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from warp_rods.errors import SceneError
+from warp_rods import device as devices
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
+from warp_rods.simulation.hooks import Cadence, EveryFrame
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.report import Report
 from warp_rods.simulation.run_folder import RunFolder, as_begun
 from warp_rods.simulation.trajectory import GroupSpec
 
@@ -26,12 +28,25 @@ CHECKPOINT_EVERY = 2.0
 REFRESH = 0.1
 """Seconds between updates of the bar."""
 
+Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
+
 
 class Run:
-    """A finished run: its ``folder``, what it reported, and its trajectory as ``data``."""
+    """A finished run.
 
-    def __init__(self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str]):
-        self.folder, self.order, self.seconds, self.rod_steps, self.lost = folder, order, seconds, rod_steps, lost
+    folder: where it is. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a line for each
+    rod that was frozen. messages: all that the run said, in order.
+    """
+
+    def __init__(
+        self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str], messages: list[str]
+    ):
+        self.folder, self.order, self.seconds, self.rod_steps = folder, order, seconds, rod_steps
+        self.lost, self.messages = lost, messages
+
+    def __repr__(self) -> str:
+        lost = f", {len(self.lost)} rods lost" if self.lost else ""
+        return f"<Run in {self.folder}: {', '.join(self.order)}; {self.seconds:.1f} s{lost}>"
 
     @property
     def data(self) -> xr.DataTree:
@@ -39,128 +54,135 @@ class Run:
         return trajectory.open_run(self.folder)
 
 
-def run(
+def simulate(
     scene: Scene | str | Path,
     out: str | Path | None = None,
     *,
     device: str | None = None,
     overwrite: bool = False,
     resume: bool = False,
+    hooks: Hooks = (),
     console: Console | None = None,
 ) -> Run:
-    """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, animation.
+    """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory and checkpoint.
 
-    device: "cpu", "cuda:0", … (default: CUDA where there is one). Raises SceneError before anything is written,
-    RunFolderError for a folder that holds a run (or, with ``resume``, none), RodFailure once no rod is left.
+    device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence and a function, as
+    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error).
+    Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
+    none), RodFailure once no rod is left.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
     folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
-    device = device_name(device)
+    device = devices.choose(device)
     if resume:
         scene = as_begun(folder, scene)
     else:
         RunFolder.check_free(folder, overwrite)
-    simulation = _prepare(scene, device, console)
+    report = Report()
+    simulation = _prepare(scene, device, report, console)
+    for cadence, function in hooks:
+        simulation.attach(cadence, function)
     if resume:
         kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation))
     else:
         kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
     with kept:
-        _begin(simulation, kept, state, console)
+        saver = _Saver(kept, report)
+        simulation.attach(EveryFrame(), saver)
+        if state is not None:
+            _go_on_from(simulation, state, report)
+        kept.keep(simulation.scene)
         start = time.perf_counter()
-        rod_steps, lost = _loop(simulation, kept, console)
+        rod_steps = _loop(simulation, kept, report, console)
         seconds = time.perf_counter() - start
-    _animate(folder, console)
-    return Run(folder, list(simulation.ensembles), seconds, rod_steps, lost)
+        saver.keep_messages()
+    return Run(folder, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
 
 
-def device_name(name: str | None) -> str:
-    """Warp's name of a device; None or "auto" is CUDA where there is one. Raises SceneError for one not here."""
-    known = [device.alias for device in wp.get_devices()]
-    if name in (None, "auto"):
-        return "cuda:0" if "cuda:0" in known else "cpu"
-    if name not in known:
-        raise SceneError(f"--device {name}: there is no such device here; there are {', '.join(['auto', *known])}")
-    return name
+class _Saver:
+    """The hook that writes a run: a frame whenever one is reached, a checkpoint now and then."""
+
+    def __init__(self, kept: RunFolder, report: Report):
+        self._kept, self._report = kept, report
+        self._checkpointed = -np.inf
+        self._earlier = kept.writer.messages
+        self._said = 0
+        self.lost: list[str] = []
+        """A line for each rod that was frozen."""
+
+    def __call__(self, simulation: Simulation) -> None:
+        self._kept.writer.append(simulation.time, simulation.variables())
+        if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
+            self._checkpointed = time.perf_counter()
+            self._kept.checkpoint(simulation.state())
+        for line in simulation.new_failures():
+            self.lost.append(line)
+            self._report.warn(f"lost: {line}; it stays as it was, the others go on")
+        for line in simulation.new_warnings():
+            self._report.warn(line)
+        self.keep_messages()
+
+    def keep_messages(self) -> None:
+        """Write what the run has said to the trajectory's attributes, where there is more of it."""
+        if len(self._report.messages) > self._said:
+            self._said = len(self._report.messages)
+            self._kept.writer.describe(messages=[*self._earlier, *self._report.messages])
 
 
-def _prepare(scene: Scene, device: str | None, console: Console) -> Simulation:
+def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Simulation:
     """Lay the scene out and compile its kernels, saying so: on a cold cache that takes a while."""
     start = time.perf_counter()
     with console.status("compiling kernels (once on a machine, then cached) and placing rods …"):
         simulation = Simulation(scene, device)
         simulation.warm_up()
-    console.print(
-        f"{simulation.rods} rods on {simulation.device}; kernels compiled or loaded and rods placed in "
-        f"{time.perf_counter() - start:.1f} s"
+    seconds = time.perf_counter() - start
+    report.note(
+        f"{simulation.rods} rods on {simulation.device}; kernels compiled or loaded and rods placed in {seconds:.1f} s"
     )
     for line in simulation.notes:
-        console.print(line)
+        report.note(line)
     for line in simulation.warnings:
-        _warn(console, line)
+        report.warn(line)
     frames = simulation.frames
-    console.print(
-        f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames", highlight=False
-    )
+    report.note(f"Δt = {simulation.step_size:.3g}, {frames.steps_to(frames.last)} steps, {len(frames.times)} frames")
     return simulation
 
 
-def _begin(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray] | None, console: Console) -> None:
-    """The first frame and a checkpoint of it, or the state of the checkpoint to go on from."""
-    if state is not None:
-        simulation.restore(state)
-        over = simulation.frame == len(simulation.frames.times) - 1
-        more = ": that is time.end already; make it longer to go on" if over else ""
-        console.print(f"going on from t = {simulation.time:g}{more}")
-    else:
-        kept.writer.append(0.0, simulation.variables())
-        kept.checkpoint(simulation.state())
-    kept.keep(simulation.scene)
+def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Report) -> None:
+    """Put the simulation where the checkpoint has it."""
+    simulation.restore(state)
+    more = ": that is time.end already; make it longer to go on" if simulation.finished else ""
+    report.note(f"going on from t = {simulation.time:g}{more}")
 
 
-def _loop(simulation: Simulation, kept: RunFolder, console: Console) -> tuple[int, list[str]]:
-    """Step, save, checkpoint until the end; returns rod-steps done and a line for each rod lost."""
-    frames, lost, done_before = simulation.frames, [], 0
-    planned, past = int(frames.steps.sum()), int(frames.steps[: simulation.frame + 1].sum())
-    begun = shown = saved = time.perf_counter()
-    with _bar(console) as bar, _stopping(simulation, kept, console):
-        task = bar.add_task("running", total=planned, completed=past, speed="")
-        while simulation.frame < len(frames.times) - 1:
-            for done in simulation.to_next_frame():
-                now = time.perf_counter()
-                if now - shown > REFRESH:
-                    shown = now
-                    steps = done_before + done
-                    speed = f"{steps * simulation.rods / (now - begun):,.0f} rod-steps/s"
-                    bar.update(task, completed=past + steps, speed=speed)
-            done_before += int(frames.steps[simulation.frame])
-            kept.writer.append(simulation.time, simulation.variables())
-            if time.perf_counter() - saved > CHECKPOINT_EVERY or simulation.frame == len(frames.times) - 1:
-                saved = time.perf_counter()
-                kept.checkpoint(simulation.state())
-            for line in simulation.new_failures():
-                lost.append(line)
-                _warn(bar.console, f"lost: {line}; it stays as it was, the others go on")
-            for line in simulation.new_doubts():
-                _warn(bar.console, line)
-        bar.update(task, completed=planned)
+def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
+    """Step to the end with a progress bar; returns rod-steps done."""
+    frames, first = simulation.frames, simulation.steps_taken
+    begun = shown = time.perf_counter()
+    with _bar(console) as bar, _stopping(simulation, kept, report):
+        task = bar.add_task("running", total=frames.steps_to(frames.last), completed=first, speed="")
+        for taken in simulation.advance():
+            now = time.perf_counter()
+            if now - shown > REFRESH:
+                shown = now
+                speed = f"{(taken - first) * simulation.rods / (now - begun):,.0f} rod-steps/s"
+                bar.update(task, completed=taken, speed=speed)
+        bar.update(task, completed=simulation.steps_taken)
     if simulation.contact.finest > 1:
-        console.print(f"contact: steps were cut into {simulation.contact.finest} at times")
-    return done_before * simulation.rods, lost
-
-
-def _warn(console: Console, line: str) -> None:
-    console.print(f"warning: {line}", style="yellow")
+        report.note(f"contact: steps were cut into {simulation.contact.finest} at times")
+    if simulation.stopped is not None:
+        report.note(f"stopped at t = {simulation.time:g}: {simulation.stopped}")
+    return (simulation.steps_taken - first) * simulation.rods
 
 
 @contextlib.contextmanager
-def _stopping(simulation: Simulation, kept: RunFolder, console: Console) -> Iterator[None]:
+def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
         again = simulation.frames.times[max(kept.checkpointed, 0)]
-        console.print(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
+        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
         raise
 
 
@@ -178,7 +200,7 @@ def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
     }
 
 
-def _attributes(simulation: Simulation) -> dict:
+def _attributes(simulation: Simulation) -> dict[str, Any]:
     scene = simulation.scene
     return {
         "title": scene.title,
@@ -189,10 +211,3 @@ def _attributes(simulation: Simulation) -> dict:
         "scene": scene.to_toml(),
         "scene_hash": scene.hash(),
     }
-
-
-def _animate(folder: Path, console: Console) -> None:
-    from warp_rods.draw.usd.export import export_usd
-
-    path = export_usd(folder)
-    console.print(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")

@@ -73,6 +73,7 @@ class TrajectoryWriter:
 
     def __init__(self, root: zarr.Group, frames: int) -> None:
         self.frames = frames
+        self._root = root
         self._complete = read_array(root, COMPLETE)
         self._groups = {
             name: {label: _Column(array, frames) for label, array in frame_arrays(group).items()}
@@ -131,6 +132,15 @@ class TrajectoryWriter:
             columns["time"].put(self.frames, time)
         self.frames += 1
         self._complete[...] = self.frames
+
+    def describe(self, **attributes: Any) -> None:
+        """Sets attributes of the store's root."""
+        self._root.attrs.update(attributes)
+
+    @property
+    def messages(self) -> list[str]:
+        """What the run said so far, as the store has it."""
+        return list(self._root.attrs.get("messages", []))  # type: ignore[arg-type]
 
     def close(self) -> None:
         """Cuts the arrays to the frames appended, all of which are on disk already."""

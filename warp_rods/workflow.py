@@ -1,0 +1,37 @@
+"""The main job: simulate a scene, then make what every run leaves to look at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from warp_rods.draw.usd.export import export_usd
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.report import LOG
+from warp_rods.simulation.runner import Hooks, Run, simulate
+
+
+def run(
+    scene: Scene | str | Path,
+    out: str | Path | None = None,
+    *,
+    device: str | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    hooks: Hooks = (),
+    console: Console | None = None,
+) -> Run:
+    """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, animation.
+
+    device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
+    ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
+    (default: standard error). Raises SceneError before anything is written, RunFolderError for a folder that holds a
+    run (or, with ``resume``, none), RodFailure once no rod is left.
+    """
+    done = simulate(scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console)
+    path = export_usd(done.folder)
+    line = f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"
+    done.messages.append(line)
+    LOG.info(line)
+    return done

@@ -38,7 +38,7 @@ def drawn(first, second, twist=0.0, times=(0.0,)) -> xr.Dataset:
     strain = np.stack(np.broadcast_arrays(twist + 0.0 * t * s, first + 0.0 * t * s, second + 0.0 * t * s), axis=-1)
     return xr.Dataset(
         {
-            "strain": (("frame", "rod", "node", "axis"), strain[:, None]),
+            "strain": (("frame", "rod", "node", "strain_component"), strain[:, None]),
             "activity": (("frame", "rod", "node"), np.zeros((len(t), 1, 65))),
             "status": (("frame", "rod"), np.zeros((len(t), 1), int)),
         },

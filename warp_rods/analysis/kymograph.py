@@ -19,9 +19,9 @@ def energy_terms(data: xr.Dataset) -> xr.Dataset:
     and ``arc`` (frame, rod, node): the arc length from the first node, which grows with the filament.
     """
     density = 0.5 * data.stiffness * (data.strain - data.intrinsic) ** 2
-    density = density.transpose("frame", "rod", "node", "axis")
+    density = density.transpose("frame", "rod", "node", "strain_component")
     said = {k: _said("force", f"energy per length of {v}", "½ B (Ω − σ)², (5.28)") for k, v in TERMS.items()}
-    terms = {name: density.isel(axis=i).assign_attrs(said[name]) for i, name in enumerate(TERMS)}
+    terms = {name: density.isel(strain_component=i, drop=True).assign_attrs(said[name]) for i, name in enumerate(TERMS)}
     arc = ((data.s - data.s[0]) * data.length).transpose("frame", "rod", "node")
     return xr.Dataset(terms).assign_coords(arc=arc.assign_attrs(_said("length", "arc length from the first node")))
 

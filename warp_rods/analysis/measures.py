@@ -54,7 +54,7 @@ def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:
     node spacing.
     """
     need(dataset, "strain")
-    strain = dataset["strain"].transpose("frame", "rod", "node", "axis").to_numpy()
+    strain = dataset["strain"].transpose("frame", "rod", "node", "strain_component").to_numpy()
     k = strain[..., 1] + 1j * strain[..., 2]
     if twist_free:
         turn = from_midpoint(strain[..., 0].reshape(-1, k.shape[-1])).reshape(k.shape)
@@ -89,7 +89,7 @@ def mode_coefficients(dataset: xr.Dataset, count: int = 6, twist_free: bool = Fa
 def twist_harmonics(dataset: xr.Dataset, count: int = 6) -> xr.DataArray:
     """b_k = ∫ Ω₀ γ_k d(s/L) on the first ``count`` harmonics (frame, rod, harmonic)."""
     need(dataset, "strain")
-    twist = dataset["strain"].isel(axis=0).transpose("frame", "rod", "node").to_numpy()
+    twist = dataset["strain"].isel(strain_component=0).transpose("frame", "rod", "node").to_numpy()
     values = modes.harmonic_coefficients(twist, dataset["s"].to_numpy(), count)
     found = described(
         dataset, (*FRAMES, "harmonic"), values, "1/length", "twist on the harmonics", "∫ Ω₀ γ_k ds, (4.48)"
@@ -100,7 +100,7 @@ def twist_harmonics(dataset: xr.Dataset, count: int = 6) -> xr.DataArray:
 def total_twist(dataset: xr.Dataset) -> xr.DataArray:
     """Turns of the material about the centre line from end to end, ∫ τ ds/2π (frame, rod)."""
     need(dataset, "strain")
-    twist = dataset["strain"].isel(axis=0).transpose("frame", "rod", "node").to_numpy()
+    twist = dataset["strain"].isel(strain_component=0).transpose("frame", "rod", "node").to_numpy()
     turns = np.trapezoid(twist, dataset["s"].to_numpy(), axis=-1) * lengths(dataset) / (2 * np.pi)
     return described(dataset, FRAMES, turns, "1", "total twist in turns", "∫ τ ds / 2π")
 
@@ -212,7 +212,7 @@ def _rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
 def _energies(dataset: xr.Dataset) -> np.ndarray:
     """Energy of bending and of twist [2, frame, rod]."""
     need(dataset, "activity", "energy_density")
-    k, twist = bending(dataset), dataset["strain"].isel(axis=0).transpose("frame", "rod", "node").to_numpy()
+    k, twist = bending(dataset), dataset["strain"].isel(strain_component=0).transpose("frame", "rod", "node").to_numpy()
     halves = 0.5 * np.stack([abs(k) ** 2, twist**2])
     density = dataset["energy_density"].transpose("frame", "rod", "node").to_numpy().astype(np.float64)
     # Least squares a rod, without what is not strained: the density is β⊥ halves[0] + β∥ halves[1].

@@ -68,9 +68,9 @@ def shape_of(dataset: xr.Dataset) -> xr.DataArray:
     need(dataset, "strain", "activity", "position")
     dataset = sound(dataset)
     names, first = [], 0
-    for strain in blocks(dataset["strain"].transpose("frame", "rod", "node", "axis"), "shapes"):
+    for strain in blocks(dataset["strain"].transpose("frame", "rod", "node", "strain_component"), "shapes"):
         frames = dataset.isel(frame=slice(first, first + len(strain)))
-        now = _snapshot(frames.assign(strain=(("frame", "rod", "node", "axis"), strain)))
+        now = _snapshot(frames.assign(strain=(("frame", "rod", "node", "strain_component"), strain)))
         names.append(np.select([holds(now) for holds in SHAPES.values()], list(SHAPES), ""))
         first += len(strain)
     found = described(dataset, FRAMES, np.concatenate(names), "1", "shape", "k on the beam modes, (4.35)")

@@ -181,7 +181,7 @@ def test_long_runs_are_read_in_parts(monkeypatch):
     whole = swarm.measure(data, *names)
     assert whole.crossings.sum() > 0
     monkeypatch.setattr("warp_rods.analysis.swarm.data._BLOCK_BYTES", 1)
-    monkeypatch.setattr("warp_rods.analysis.swarm.data._PATIENCE", -1.0)
+    monkeypatch.setattr("warp_rods.progress.WAIT", -1.0)
     xr.testing.assert_identical(swarm.measure(data, *names), whole)
 
 

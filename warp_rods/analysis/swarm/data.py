@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -11,11 +10,11 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from warp_rods.analysis.measures import described, lengths, need
+from warp_rods.progress import with_progress
 
 THIN = 0.5
 """A swarm is planar where it is thinner than this part of a rod's length."""
 _BLOCK_BYTES = 32_000_000
-_PATIENCE = 2.0
 
 
 class Space(NamedTuple):
@@ -97,21 +96,8 @@ def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
     values = values.transpose("frame", ...)
     frames = values.sizes["frame"]
     step = max(1, int(_BLOCK_BYTES * frames / max(values.nbytes, 1)))
-    for first in patiently(range(0, frames, step), what):
+    for first in with_progress(range(0, frames, step), what):
         yield values.isel(frame=slice(first, first + step)).to_numpy()
-
-
-def patiently(steps: range, what: str) -> Iterator[int]:
-    """The steps, with a progress bar, on a terminal, over those that are left after two seconds."""
-    from rich.console import Console
-    from rich.progress import track
-
-    began, console = time.monotonic(), Console(stderr=True)
-    for done, step in enumerate(steps):
-        if time.monotonic() - began > _PATIENCE:
-            yield from track(steps[done:], what, console=console, transient=True, disable=not console.is_terminal)
-            return
-        yield step
 
 
 def nodes_by_block(dataset: xr.Dataset, what: str) -> Iterator[np.ndarray]:

@@ -20,12 +20,12 @@ from warp_rods.analysis.swarm.data import (
     middles,
     over_frames,
     pairs_within,
-    patiently,
     rod_length,
     sound,
     space,
     velocities,
 )
+from warp_rods.progress import with_progress
 
 
 def polar_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
@@ -117,7 +117,7 @@ def _local(
     p, counted = _directions(dataset, where)
     middle = middles(dataset)[..., where.axes]
     values = np.empty(p.shape[:2])
-    for frame in patiently(range(len(p)), long_name):
+    for frame in with_progress(range(len(p)), long_name):
         about = _about(middle[frame], where.period, reach)
         values[frame] = order(p[frame], counted[frame], about)
     found = described(dataset, FRAMES, values, "1", long_name, source)

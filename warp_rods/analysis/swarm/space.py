@@ -19,7 +19,6 @@ from warp_rods.analysis.swarm.data import (
     middles,
     nodes_by_block,
     pairs_within,
-    patiently,
     rod_length,
     sound,
     space,
@@ -27,6 +26,7 @@ from warp_rods.analysis.swarm.data import (
     weights,
     wrapped,
 )
+from warp_rods.progress import with_progress
 
 REACH = 3.0
 """Rod lengths that correlations extend to, unless half the shortest side of the box is less."""
@@ -50,7 +50,7 @@ def pair_correlation(
     middle = middles(dataset)[..., where.axes]
     edges = _edges(dataset, middle, where, reach, bins)
     counts, expected = np.empty((2, len(middle), bins))
-    for frame in patiently(range(len(middle)), "pair correlation"):
+    for frame in with_progress(range(len(middle)), "pair correlation"):
         _, apart = pairs_within(middle[frame], where.period, edges[-1])
         counts[frame] = np.bincount(_bin_of(apart, edges), minlength=bins)
         expected[frame] = _uniform_pairs(middle[frame], where.period, edges)
@@ -71,7 +71,7 @@ def velocity_correlation(
     centre, velocity = centres(dataset)[..., where.axes], velocities(dataset)[..., where.axes]
     edges = _edges(dataset, centre, where, reach, bins)
     values = np.full((len(centre), bins), np.nan)
-    for frame in patiently(range(len(centre)), "velocity correlation"):
+    for frame in with_progress(range(len(centre)), "velocity correlation"):
         pairs, apart = pairs_within(centre[frame], where.period, edges[-1])
         at, v = _bin_of(apart, edges), velocity[frame]
         number = np.bincount(at, minlength=bins)

@@ -82,7 +82,7 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     ),
     "constraint": Variable(_ROD, "float64", "length", "worst distance to the membrane", "max |φ|/|∇φ|"),
     "orthogonality": Variable(_ROD, "float64", "1", "worst tangent out of the membrane", "max |q·n|"),
-    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", ""),
+    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", "|∂s r| = 1"),
 }
 
 SWIMMER_VARIABLES: dict[str, Variable] = {

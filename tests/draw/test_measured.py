@@ -74,8 +74,11 @@ def test_a_figure_is_shown_and_saved_in_the_house_style(run, tmp_path):
 def test_options_go_to_the_plot_or_to_the_measure(run):
     title = wr.plot(run["sensors"], "energy_terms", rod=2).axes[0].get_title()
     assert title == "energy per length of twist, rod 2"
-    few = wr.plot(run["cells"], "mode_coefficients", count=2)
-    assert len(few.axes[0].lines) == 2
+    with pytest.raises(ValueError, match="rod = 3: there are 3, counted from 0"):
+        wr.plot(run["sensors"], "energy_terms", rod=3)
+    for count in (2, 11):  # eleven are more than there are colours
+        drawn = wr.plot(run["cells"], "mode_coefficients", count=count)
+        assert [len(axes.lines) for axes in drawn.axes] == [count, count]
     with pytest.raises(ValueError, match="cuont: not an option of mode_coefficients"):
         wr.plot(run["cells"], "mode_coefficients", cuont=2)
     with pytest.raises(ValueError, match=r"count: not an option of this plot; .* has been measured already"):

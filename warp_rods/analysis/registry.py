@@ -111,7 +111,7 @@ def take(
 
 
 def named(table: Mapping[str, Measure], name: str) -> Measure:
-    """The row of this name; raises ValueError with the names that there are, the nearest first."""
+    """The row of this name; raises ValueError with the nearest name and all that there are where it is not known."""
     if name not in table:
         near = get_close_matches(str(name), table, 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
@@ -124,8 +124,8 @@ def _check_options(rows: Mapping[str, Measure], options: Mapping[str, Any]) -> N
     accepted = {name: row.options for name, row in rows.items()}
     for option in options:
         if not any(option in own for own in accepted.values()):
-            said = "; ".join(f"{name} takes {', '.join(own) or 'none'}" for name, own in accepted.items())
-            raise ValueError(f"{option}: not an option of {', '.join(rows)}. Options: {said}")
+            allowed = "; ".join(f"{name} takes {', '.join(own) or 'none'}" for name, own in accepted.items())
+            raise ValueError(f"{option}: not an option of {', '.join(rows)}. Options: {allowed}")
 
 
 def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None) -> str:
@@ -133,7 +133,7 @@ def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None
     if not isinstance(data, (xr.Dataset, xr.DataTree)):
         return f"data: {type(data).__name__}; give one ensemble or a run as open_run reads it"
     try:
-        groups = _groups(name, row, data)
+        groups = _groups(row, data)
     except ValueError as error:
         return f"{name}: {error}"
     for group in groups:
@@ -146,7 +146,7 @@ def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None
     return ""
 
 
-def _groups(name: str, row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
+def _groups(row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
     """The ensembles to be measured: several only for a swarm. Raises ValueError where one of a run must be chosen."""
     if isinstance(data, xr.Dataset):
         return [data]
@@ -160,7 +160,7 @@ def _groups(name: str, row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.
 
 def _taken(name: str, row: Measure, data: xr.Dataset | xr.DataTree, options: Mapping[str, Any]) -> xr.Dataset:
     """One measure as a Dataset whose variables say, by the attribute ``measure``, which one they are of."""
-    groups = _groups(name, row, data)
+    groups = _groups(row, data)
     if len(groups) > 1:
         assert isinstance(data, xr.DataTree)
         group = together(data)

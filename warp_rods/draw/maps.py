@@ -24,7 +24,12 @@ def density_map(axes: Any, measured: xr.DataArray) -> None:
 
 
 def energy_terms(axes: Any, measured: xr.Dataset, rod: int = 0) -> None:
-    """Kymographs of the three energy densities of one rod; each scale leaves out the largest hundredth."""
+    """Kymographs of the three energy densities of one rod; each scale leaves out the largest hundredth.
+
+    Raises ValueError where there is no such rod.
+    """
+    if not 0 <= rod < measured.sizes["rod"]:
+        raise ValueError(f"rod = {rod}: there are {measured.sizes['rod']}, counted from 0")
     one = measured.isel(rod=rod)
     arc = one["arc"].to_numpy()
     time = np.broadcast_to(one["time"].to_numpy()[:, None], arc.shape)

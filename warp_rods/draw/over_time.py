@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ def modes(axes: Any, measured: xr.DataArray) -> None:
     parts = [values.sel(component=k) for k in values["component"]] if "component" in values.dims else [values]
     drawn = panels(axes, len(parts))
     for number, (panel, part) in enumerate(zip(drawn, parts, strict=True), 1):
-        for which, colour in zip(part[of].to_numpy(), OKABE_ITO, strict=False):
+        for which, colour in zip(part[of].to_numpy(), cycle(OKABE_ITO)):
             panel.plot(part["time"], part.sel({of: which}), color=colour, label=f"{of} {which}")
         panel.set_ylabel((f"component {number}" if len(parts) > 1 else label(measured)) + (", rms" if several else ""))
     times(drawn[-1], measured)
@@ -81,9 +82,9 @@ def local_order(axes: Any, measured: xr.DataArray) -> None:
 def enrichment(axes: Any, measured: xr.Dataset) -> None:
     """Both sides with their bootstrap intervals, beside the value of uniformly spread filaments."""
     time = times(axes, measured)
-    for side, colour, where in (("positive", BLUE, "𝒦 > 0"), ("negative", ORANGE, "𝒦 < 0")):
+    for side, colour, sign in (("positive", BLUE, ">"), ("negative", ORANGE, "<")):
         part = measured.sel(side=side)
-        name = f"$\\mathcal{{K}}$ {where[2:]}, {float(part['area_share']):.0%} of the area"
+        name = f"$\\mathcal{{K}}$ {sign} 0, {float(part['area_share']):.0%} of the area"
         axes.fill_between(time, part["enrichment_low"], part["enrichment_high"], color=colour, **BAND)
         axes.plot(time, part["enrichment"], color=colour, label=name)
     axes.axhline(1, **GUIDE)

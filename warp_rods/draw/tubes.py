@@ -44,11 +44,10 @@ def tubes(
 
     camera, lines = _camera(view), [np.asarray(line, dtype=float) for line in lines]
     each = [0.0] * len(lines) if values is None else values
-    given = np.concatenate([np.broadcast_to(v, len(line)) for v, line in zip(each, lines, strict=True)])
-    norm = Normalize(*(limits or (given.min(), given.max())))
-    mapped = ScalarMappable(norm, colour_map)
-    colours = np.broadcast_to(to_rgb(colour), (len(given), 3)) if values is None else mapped.to_rgba(given)[:, :3]
-    shades = np.split(colours, np.cumsum([len(line) for line in lines])[:-1])
+    given = [np.broadcast_to(v, len(line)) for v, line in zip(each, lines, strict=True)]
+    low, high = limits or (min(map(np.min, given)), max(map(np.max, given)))
+    mapped = ScalarMappable(Normalize(low, high), colour_map)
+    shades = [mapped.to_rgba(v)[:, :3] if values is not None else np.full((len(v), 3), to_rgb(colour)) for v in given]
     faces = [_lit(*_tube(line, radius, camera), shade) for line, shade in zip(lines, shades, strict=True)]
     faces += _sheet(membrane, camera) if membrane is not None else []
     corners, colours, depth = (np.concatenate(column) for column in zip(*faces, strict=True))

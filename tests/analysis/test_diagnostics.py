@@ -6,8 +6,9 @@ import xarray as xr
 from examples.free import in_space, slope
 
 from warp_rods.analysis.diagnostics import MEASURES, measure
-from warp_rods.analysis.measures import mode_coefficients, speed
+from warp_rods.analysis.motion import speed
 from warp_rods.analysis.motion_class import period, shape_class
+from warp_rods.analysis.shape import mode_coefficients
 from warp_rods.analysis.writhe import writhe
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import initial_strain
@@ -38,7 +39,7 @@ def drawn(first, second, twist=0.0, times=(0.0,)) -> xr.Dataset:
     strain = np.stack(np.broadcast_arrays(twist + 0.0 * t * s, first + 0.0 * t * s, second + 0.0 * t * s), axis=-1)
     return xr.Dataset(
         {
-            "strain": (("frame", "rod", "node", "axis"), strain[:, None]),
+            "strain": (("frame", "rod", "node", "strain_component"), strain[:, None]),
             "activity": (("frame", "rod", "node"), np.zeros((len(t), 1, 65))),
             "status": (("frame", "rod"), np.zeros((len(t), 1), int)),
         },

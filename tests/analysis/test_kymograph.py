@@ -63,6 +63,17 @@ def test_energy_per_length_is_what_the_tip_brings_less_drag(buckling):
     assert np.isnan(kymograph.energy_per_length(buckling.isel(frame=slice(220, None))).energy_per_length).all()
 
 
+def test_energy_per_length_of_what_grows_by_round_off_alone():
+    """Lengths that differ in their last digits do not grow."""
+    noisy = 0.5 + 1e-13 * np.random.default_rng(0).normal(size=50)
+    data = at_rest(50, length=noisy, energy=np.linspace(1.0, 0.0, 50))
+    assert kymograph.energy_per_length(data).energy_per_length.isnull().all()
+    slow = kymograph.energy_per_length(
+        at_rest(50, length=np.linspace(0.5, 0.50001, 50), energy=np.linspace(0.0, 1.0, 50))
+    )
+    np.testing.assert_allclose(slow.energy_per_length, 1e5, rtol=1e-6)
+
+
 def test_a_peak_is_found_with_its_energy():
     """A Gaussian on a background: its energy is what lies above half of the largest ratio, erf √ln 2 of the whole."""
     time = np.linspace(0.0, 10.0, 2001)

@@ -171,7 +171,7 @@ def test_the_table():
     for name, variable in found.data_vars.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
     assert set(sensing.measure(ensemble(), TORUS, "settling_time").data_vars) == {"settling_time"}
-    with pytest.raises(ValueError, match=r"speed: not a measure of .*; there are curvature_histogram, "):
+    with pytest.raises(ValueError, match=r"no measure called speed: there are curvature_histogram, "):
         sensing.measure(ensemble(), TORUS, "speed")
 
 

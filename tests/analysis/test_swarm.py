@@ -99,7 +99,7 @@ def test_ballistic_rods():
     assert msd.lag[0] == pytest.approx(0.1) and msd.lag[-1] == pytest.approx(2.0)
     np.testing.assert_allclose(displacement_exponent(data), 2, rtol=1e-10)
     shares = speed_distribution(data, bins=20)
-    width = float(shares.speed[1] - shares.speed[0])
+    width = float(shares.v[1] - shares.v[0])
     np.testing.assert_allclose(shares, [0] * 19 + [1 / width])
     uneven = data.assign_coords(time=("frame", t**2))
     with pytest.raises(ValueError, match="even times"):
@@ -123,8 +123,8 @@ def test_speeds_of_a_rotation():
     data = group(np.stack([r * np.cos(angle), r * np.sin(angle), 0 * angle], axis=-1))
     assert mean_speed(data).to_numpy() == pytest.approx(2 / 3 * omega, rel=0.02)
     found = speed_distribution(data, bins=8)
-    np.testing.assert_allclose(found, 2 * found.speed / omega**2, rtol=0.25)
-    assert float(found.sum() * (found.speed[1] - found.speed[0])) == pytest.approx(1)
+    np.testing.assert_allclose(found, 2 * found.v / omega**2, rtol=0.25)
+    assert float(found.sum() * (found.v[1] - found.v[0])) == pytest.approx(1)
 
 
 def test_shapes_are_named():
@@ -181,7 +181,7 @@ def test_long_runs_are_read_in_parts(monkeypatch):
     whole = swarm.measure(data, *names)
     assert whole.crossings.sum() > 0
     monkeypatch.setattr("warp_rods.analysis.swarm.data._BLOCK_BYTES", 1)
-    monkeypatch.setattr("warp_rods.analysis.swarm.data._PATIENCE", -1.0)
+    monkeypatch.setattr("warp_rods.progress.WAIT", -1.0)
     xr.testing.assert_identical(swarm.measure(data, *names), whole)
 
 

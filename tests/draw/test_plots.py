@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warp_rods.draw import plots
+from warp_rods.draw import plots, tubes
 from warp_rods.membranes.mesh import triangulate
 from warp_rods.membranes.surfaces import make
 
@@ -12,13 +12,14 @@ COIL = np.stack([S, 0.2 * np.cos(9 * S), 0.2 * np.sin(9 * S)], axis=-1)
 
 
 def drawn(stem):
-    figure = plots.figure(plots.COLUMN, 40.0)
-    left, right = figure.subplots(1, 2)
-    mapped = plots.tubes(left, [COIL], [S**2], radius=0.03)
-    figure.colorbar(mapped, ax=left, label="energy per length")
-    plots.tubes(right, [COIL], membrane=triangulate(make("sphere", {"radius": 0.4}), 12))
-    plots.scale_bar(right, 0.5, "L/2")
-    plots.letter(left, "a")
+    with plots.style():
+        figure = plots.figure(plots.COLUMN, 40.0)
+        left, right = figure.subplots(1, 2)
+        mapped = plots.tubes(left, [COIL], [S**2], radius=0.03)
+        figure.colorbar(mapped, ax=left, label="energy per length")
+        plots.tubes(right, [COIL], membrane=triangulate(make("sphere", {"radius": 0.4}), 12))
+        plots.scale_bar(right, 0.5, "L/2")
+        plots.letter(left, "a")
     return plots.save(figure, stem)
 
 
@@ -38,8 +39,8 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
 
 
 def test_a_tube_keeps_its_radius_and_ends_round():
-    rings, normals = plots._tube(COIL, 0.03, np.eye(3))
-    middle = rings[len(plots.CAP) : -len(plots.CAP)]
+    rings, normals = tubes._tube(COIL, 0.03, np.eye(3))
+    middle = rings[len(tubes.CAP) : -len(tubes.CAP)]
     np.testing.assert_allclose(np.linalg.norm(middle - COIL[:, None], axis=-1), 0.03, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=-1), 1.0, rtol=1e-12)
     for tip, end in ((rings[0], COIL[0]), (rings[-1], COIL[-1])):
@@ -48,7 +49,7 @@ def test_a_tube_keeps_its_radius_and_ends_round():
 
 @pytest.mark.parametrize("view", [(0.0, 0.0), (-60.0, 25.0), (30.0, 90.0)])
 def test_the_viewer_has_a_right_handed_frame(view):
-    camera = plots._camera(view)
+    camera = tubes._camera(view)
     np.testing.assert_allclose(camera @ camera.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(camera) == pytest.approx(1.0)
 

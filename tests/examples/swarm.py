@@ -45,7 +45,8 @@ def bent(*bendings) -> xr.Dataset:
         other = np.cross(tangent, one)
     k = k[:, ::50]
     strain = np.stack([0 * k.real, k.imag, -k.real], axis=-1)
-    vector = ("frame", "rod", "node", "axis")
-    data = {"position": (vector, np.stack(line, axis=1)[None, :, ::50]), "strain": (vector, strain[None])}
-    data["activity"] = (vector[:3], np.zeros((1, *k.shape)))
+    nodes = ("frame", "rod", "node")
+    data = {"position": ((*nodes, "axis"), np.stack(line, axis=1)[None, :, ::50])}
+    data["strain"] = ((*nodes, "strain_component"), strain[None])
+    data["activity"] = (nodes, np.zeros((1, *k.shape)))
     return xr.Dataset(data, {"time": ("frame", [0.0]), "s": ("node", s)})

@@ -85,7 +85,8 @@ def test_a_run_leaves_a_folder_that_reads(tmp_path):
     data = run.data
     assert set(data.children) == {"convex", "saddle"}
     convex = data["convex"].to_dataset()
-    assert dict(convex.sizes) == {"frame": 6, "rod": 4, "node": 17, "axis": 3, "quaternion": 4}
+    named = {"axis": 3, "strain_component": 3, "quaternion": 4}
+    assert dict(convex.sizes) == {"frame": 6, "rod": 4, "node": 17, **named}
     assert {"position", "strain", "orientation", "tension", "energy", "dissipation", "status", "gauss", "load"} <= set(
         convex
     )

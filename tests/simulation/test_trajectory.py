@@ -67,8 +67,10 @@ def test_round_trip_with_names_units_and_types(tmp_path):
     assert run.attrs["scene"] == ATTRIBUTES["scene"]
     assert run.attrs["warp_rods_version"]
     sensors = run["sensors"]
-    assert dict(sensors.sizes) == {"frame": 70, "rod": 3, "node": 9, "axis": 3, "quaternion": 4}
+    named = {"axis": 3, "strain_component": 3, "quaternion": 4}
+    assert dict(sensors.sizes) == {"frame": 70, "rod": 3, "node": 9, **named}
     assert sensors.position.dims == ("frame", "rod", "node", "axis")
+    assert sensors.strain.dims == ("frame", "rod", "node", "strain_component")
     assert sensors.position.dtype == np.float64
     assert sensors["load"].dtype == np.float32
     assert sensors.status.dtype == np.int32
@@ -76,17 +78,59 @@ def test_round_trip_with_names_units_and_types(tmp_path):
     assert sensors.energy.attrs["source"]
     np.testing.assert_array_equal(sensors["width"], WIDTH[1])
     np.testing.assert_allclose(sensors.s, np.linspace(-0.5, 0.5, 9), rtol=0, atol=1e-16)
-    assert set(sensors.coords) == {"time", "s"}
+    assert set(sensors.coords) == {"time", "s", *named}
     assert "activity" in run["cell"] and "gauss" not in run["cell"]
 
 
+def test_components_have_names(tmp_path):
+    """One name each: axes of space, strains by kind of rod, quaternions with the real part last."""
+    write(tmp_path, range(2)).close()
+    run = open_run(tmp_path)
+    assert {tuple(run[group].axis.to_numpy()) for group in GROUPS} == {("x", "y", "z")}
+    assert run["sensors"].strain_component.values.tolist() == ["twist", "normal", "geodesic"]
+    assert run["cell"].strain_component.values.tolist() == ["twist", "bend1", "bend2"]
+    assert run["cell"].orientation.sel(quaternion="w").equals(run["cell"].orientation[..., 3])
+    assert run["sensors"].strain.sel(strain_component="geodesic").equals(run["sensors"].strain[..., 2])
+
+
+def as_written_before(path) -> None:
+    """Makes a store one of earlier versions: strains on ``axis``, and no names."""
+    root = zarr.open_group(path / STORE)
+    for name, group in root.groups():
+        for dim in ("axis", "strain_component", "quaternion"):
+            del group[dim]
+        metadata = path / STORE / name / "strain" / "zarr.json"
+        metadata.write_text(metadata.read_text().replace('"strain_component"', '"axis"'))
+
+
+def test_a_trajectory_of_an_earlier_version_opens_as_one_of_today(tmp_path):
+    """Lazily, with the same dims and names; and a run of then goes on."""
+    write(tmp_path / "now", range(5)).close()
+    write(tmp_path / "then", range(4))
+    as_written_before(tmp_path / "then")
+    writer = TrajectoryWriter.resume(tmp_path / "then" / STORE)
+    writer.append(0.1 * 4, frame(4))
+    writer.close()
+    now, then = open_run(tmp_path / "now"), open_run(tmp_path / "then")
+    assert not then["cell"].strain.variable._in_memory
+    for group in GROUPS:
+        xr.testing.assert_identical(then[group].to_dataset(), now[group].to_dataset())
+
+
+def test_a_group_knows_its_scene(tmp_path):
+    write(tmp_path, range(1)).close()
+    assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
+
+
 def test_xarray_opens_the_store_the_same(tmp_path):
+    """But for the scene, which is an attribute of the root alone."""
     write(tmp_path, range(5)).close()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         direct = xr.open_datatree(tmp_path / STORE, engine="zarr", consolidated=False)
     for group in GROUPS:
-        xr.testing.assert_identical(direct[group].to_dataset(), open_run(tmp_path)[group].to_dataset())
+        whole = direct[group].to_dataset().assign_attrs(scene=direct.attrs["scene"])
+        xr.testing.assert_identical(whole, open_run(tmp_path)[group].to_dataset())
 
 
 def test_reads_lazily_and_by_parts(tmp_path):

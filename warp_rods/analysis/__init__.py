@@ -1,1 +1,1 @@
-"""From a trajectory to numbers."""
+"""From a trajectory to numbers: every measure is a row of ``registry.MEASURES``."""

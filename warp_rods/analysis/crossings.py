@@ -1,8 +1,8 @@
-"""Whether rods stay out of each other: how often one passes through another, or through itself.
+"""How often rods pass through each other, or through themselves.
 
-Between successive frames nodes move on straight lines, each at its own even speed, and a rod is a chain of straight
-segments: for that motion the count is exact. Frames so far apart that rods move by more than their distance
-count what such straight ways cross, which may be more or less than what rods did.
+A rod is taken as a chain of straight segments whose nodes move along straight lines, each at constant speed, from one
+frame to the next. For that motion the count is exact. Where frames are so far apart that rods move by more than their
+distance, such straight paths may cross more or less often than the rods did.
 """
 
 from __future__ import annotations
@@ -12,74 +12,78 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import described
-from warp_rods.analysis.segment_sweeps import keep_to_a_plane, meet_in_plane, passes
-from warp_rods.analysis.swarm.data import nodes_by_block, pairs_within, period_of, sound
+from warp_rods.analysis.described import described
+from warp_rods.analysis.segment_sweeps import meet_in_plane, passes, stay_in_a_plane
+from warp_rods.analysis.swarm.data import nodes_by_block, pairs_within, period_of, surviving
 
 GENERAL = 1e-8
-"""Each node is moved by about this part of a segment, the same at all times: what meets exactly at a joint, or just
-at a frame, then does so clearly before or after it."""
+"""Each node is displaced by about this share of a segment, the same at all times: rods that meet exactly at a joint, or
+exactly at a frame, then meet clearly on one side of it."""
 
 
 def crossings(dataset: xr.Dataset) -> xr.Dataset:
-    """How often rods of one group pass through each other and through themselves, and which.
+    """Every event in which a rod passes through another or through itself.
 
-    Gives ``crossings(frame)``, the number since the frame before (0 in the first), and of each one
-    ``event_time(event)``; ``first_rod(event)``, ``second_rod(event)``, the same for a rod through itself; and
-    ``event_sign(event)``, +1 or −1, by which the Gauss linking integral of the two jumps, half the jump of the
-    writhe of a rod through itself.
+    ``crossings(frame)`` is their number since the previous frame, 0 in the first. Of each event: ``event_time(event)``;
+    ``first_rod(event)`` and ``second_rod(event)``, equal for a rod through itself; and ``event_sign(event)``, +1 or −1,
+    by which the Gauss linking integral of the two jumps: half the jump of the writhe for a rod through itself.
 
-    Segments that keep to one plane between two frames, as all of a planar swarm and all that are parallel, have
-    no moment of passing through: there it is one crossing, of sign 0, when two rods that were apart in the earlier
-    frame come to overlap, anywhere along them, in between or in the later frame; rods that stay overlapped
-    count no more until they are apart again. Nearest images along periods. Rods that failed are left out.
-    Raises ValueError where segments and their way between frames are as long as half a period.
+    Segments that stay in one plane between two frames, such as those of a planar swarm and parallel ones, have no
+    moment at which they pass through each other. There one crossing, of sign 0, is counted when two rods that were
+    apart in the earlier frame come to overlap anywhere along them, in between or in the later frame; rods that stay
+    overlapped count again only once they have been apart. Distances are to nearest images along periods. Rods that
+    failed are left out. Raises ValueError where segments, or their paths between frames, are as long as half a period.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     period, found = period_of(dataset), [np.zeros((4, 0))]
-    before, aside = None, np.zeros(())
-    for now in _every(dataset):
+    before, offset = None, np.zeros(())
+    for now in _frames(dataset):
         if before is None:
-            aside = _aside(now)
+            offset = _small_offset(now)
         else:
-            found.append(_between(np.stack([before, now]), aside, period))
+            found.append(_between(np.stack([before, now]), offset, period))
         before = now
     return _described(dataset, found)
 
 
 def crossings_per_frame(dataset: xr.Dataset) -> xr.DataArray:
-    """Crossings since the frame before (frame), as ``crossings`` counts them."""
+    """Crossings of rods since the previous frame (frame).
+
+    How often they passed through each other or themselves: zero where sterics hold. Exact for nodes that move along
+    straight lines between frames; ``analysis.crossings`` also gives the time and the rods of each event. Rods that
+    failed are left out.
+    """
     return crossings(dataset)["crossings"]
 
 
-def _every(dataset: xr.Dataset) -> Iterator[np.ndarray]:
+def _frames(dataset: xr.Dataset) -> Iterator[np.ndarray]:
     for block in nodes_by_block(dataset, "crossings"):
         yield from block
 
 
 def _described(dataset: xr.Dataset, found: list[np.ndarray]) -> xr.Dataset:
-    """The dataset of ``crossings``, of what ``_between`` gave up to each frame, nothing up to the first."""
+    """The dataset of ``crossings``, from what ``_between`` found up to each frame (nothing up to the first)."""
     time, numbers = dataset["time"].to_numpy(), dataset["rod"].to_numpy()
     count = [part.shape[1] for part in found]
     first, second, when, sign = np.concatenate(found, axis=1)
     frame = np.repeat(np.arange(len(found)), count)
     at = time[frame - 1] + when * (time[frame] - time[frame - 1])
-    said = {
+    columns = {
         "event_time": (at, "time", "time of the crossing"),
         "first_rod": (numbers[first.astype(int)], "1", "number of a rod"),
         "second_rod": (numbers[second.astype(int)], "1", "number of the rod that it crosses"),
         "event_sign": (sign.astype(int), "1", "jump of the Gauss integral, 0 in a plane"),
     }
     source = "(a × b)·w = 0"
-    events = {name: described(dataset, ("event",), *values, source) for name, values in said.items()}
-    per_frame = described(dataset, ("frame",), count, "1", "crossings since the frame before", source)
+    events = {name: described(dataset, ("event",), *values, source) for name, values in columns.items()}
+    per_frame = described(dataset, ("frame",), count, "1", "crossings since the previous frame", source)
     return xr.Dataset({"crossings": per_frame, **events})
 
 
-def _between(nodes: np.ndarray, aside: np.ndarray, period: np.ndarray) -> np.ndarray:
+def _between(nodes: np.ndarray, offset: np.ndarray, period: np.ndarray) -> np.ndarray:
     """The crossings between two times of nodes [time, rod, node, 3], earliest first.
 
-    Of each one both rods, its time in (0, 1] and its sign [4, crossing].
+    The two rods, the time in (0, 1] and the sign of each [4, crossing].
     """
     first, second, shift = _near(nodes, period)
     rods = np.stack([first, second]) // (nodes.shape[2] - 1)
@@ -88,9 +92,9 @@ def _between(nodes: np.ndarray, aside: np.ndarray, period: np.ndarray) -> np.nda
         return ends[:, first[which]], ends[:, second[which]] + shift[which][:, None]
 
     segments = _segments(nodes)
-    flat = keep_to_a_plane(*pair(segments, slice(None)))
+    flat = stay_in_a_plane(*pair(segments, slice(None)))
     solid, planar = np.flatnonzero(~flat), np.flatnonzero(flat)
-    through = passes(*pair(_segments(nodes + aside), solid))
+    through = passes(*pair(_segments(nodes + offset), solid))
     swept, at = _rods_that_meet(rods[:, planar], shift[planar], *meet_in_plane(*pair(segments, planar)))
     found = np.concatenate(
         [[*rods[:, solid[through.pair]], through.time, through.sign], [*swept, at, np.zeros(len(at))]], axis=1
@@ -99,7 +103,7 @@ def _between(nodes: np.ndarray, aside: np.ndarray, period: np.ndarray) -> np.nda
 
 
 def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of segments whose ways come near each other, but neighbours; and to which image the second is moved."""
+    """Pairs of segments whose paths come near each other, except neighbours; and the shift to the second's image."""
     ends = _segments(nodes)
     middle = ends.mean(axis=2)
     size = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1).max(axis=0)
@@ -125,8 +129,8 @@ def _segments(nodes: np.ndarray) -> np.ndarray:
     return np.stack([nodes[:, :, :-1], nodes[:, :, 1:]], axis=3).reshape(2, -1, 2, 3)
 
 
-def _aside(nodes: np.ndarray) -> np.ndarray:
-    """A small displacement of each node [rod, node, 3], for all times."""
+def _small_offset(nodes: np.ndarray) -> np.ndarray:
+    """A small displacement of each node [rod, node, 3], the same at all times."""
     size = np.linalg.norm(np.diff(nodes, axis=1), axis=-1).mean()
     return GENERAL * size * np.random.default_rng(0).standard_normal(nodes.shape)
 
@@ -134,7 +138,7 @@ def _aside(nodes: np.ndarray) -> np.ndarray:
 def _rods_that_meet(
     rods: np.ndarray, shift: np.ndarray, overlapped: np.ndarray, when: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of rods [2, event] that were apart and come to overlap, by their segments, and when [event]."""
+    """Pairs of rods [2, event] that were apart and come to overlap, from their segments; and when [event]."""
     if not len(when):
         return np.zeros((2, 0), int), np.zeros(0)
     keys, which = np.unique(np.column_stack([rods.T, shift]), axis=0, return_inverse=True)

@@ -1,7 +1,6 @@
-"""Where along a filament its energy sits, against time, and when it is let go of: growth and buckling (thesis Fig 5.3).
+"""Where along a filament its energy is, against time, and when it is released: growth and buckling (Fig 5.3).
 
-Each function takes one ensemble of filaments of a trajectory (``open_run(dir)[name].to_dataset()``) and gives
-variables with units and source.
+Each function takes a group of filaments (``open_run(folder)[name].to_dataset()``).
 """
 
 from __future__ import annotations
@@ -9,63 +8,83 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.described import attributes, need
+
+__all__ = ["TERMS", "dissipation_peaks", "energy_per_length", "energy_terms"]
+
 TERMS = {"twist_energy": "twist", "normal_energy": "normal bending", "geodesic_energy": "geodesic bending"}
+"""Variables of ``energy_terms``: which strain each belongs to."""
+ROUND_OFF = 1e-9
+"""A filament whose length changes by less than this share of it over the run does not grow."""
 
 
 def energy_terms(data: xr.Dataset) -> xr.Dataset:
-    """The energy density of each strain, ½ B_i (Ω_i − σ_i)², along the filaments: kymographs.
+    """Energy density of each strain along the rod (frame, rod, node).
 
-    ``twist_energy``, ``normal_energy``, ``geodesic_energy`` (frame, rod, node), force, over the coordinates ``time``
-    and ``arc`` (frame, rod, node): the arc length from the first node, which grows with the filament.
+    ``twist_energy``, ``normal_energy`` and ``geodesic_energy``, ½ B_i (Ω_i − σ_i)² of (5.28), over the coordinates
+    ``time`` and ``arc(frame, rod, node)``, the arc length from the first node, which grows with the filament.
     """
+    need(data, "stiffness", "strain", "intrinsic", "length")
     density = 0.5 * data.stiffness * (data.strain - data.intrinsic) ** 2
-    density = density.transpose("frame", "rod", "node", "axis")
-    said = {k: _said("force", f"energy per length of {v}", "½ B (Ω − σ)², (5.28)") for k, v in TERMS.items()}
-    terms = {name: density.isel(axis=i).assign_attrs(said[name]) for i, name in enumerate(TERMS)}
+    density = density.transpose("frame", "rod", "node", "strain_component")
+    terms = {name: density.isel(strain_component=i, drop=True) for i, name in enumerate(TERMS)}
+    for name, strain in TERMS.items():
+        terms[name].attrs = attributes("force", f"energy per length of {strain}", "½ B (Ω − σ)², (5.28)")
     arc = ((data.s - data.s[0]) * data.length).transpose("frame", "rod", "node")
-    return xr.Dataset(terms).assign_coords(arc=arc.assign_attrs(_said("length", "arc length from the first node")))
+    return xr.Dataset(terms).assign_coords(arc=arc.assign_attrs(attributes("length", "arc length from the first node")))
 
 
 def energy_per_length(data: xr.Dataset) -> xr.Dataset:
-    """dE/dL of growing filaments: what their energy, elastic and steric, gains per length that they grow.
+    """Energy gained per length grown (frame, rod).
 
-    ``energy_per_length(frame, rod)``, force, second order in the time between frames; NaN where none grows. A growing
-    tip brings in e(tip); what is missing to it goes to drag, or to buckling, where this drops.
+    dE/dL of the elastic and the steric energy, second order in the time between frames; NaN where a filament does not
+    grow. A growing tip brings in the energy per length at the tip; the difference goes into drag, or into buckling
+    where dE/dL drops.
     """
+    need(data, "energy", "steric_energy", "length")
     energy, length = _rates(data.energy + data.steric_energy, data.time), _rates(data.length, data.time)
-    slope = (energy / length.where(length > 0)).rename("energy_per_length")
-    return slope.assign_attrs(_said("force", "energy gained per length grown", "dE/dL")).to_dataset()
+    grows = length * float(data.time[-1] - data.time[0]) > ROUND_OFF * data.length
+    slope = (energy / length.where(grows)).rename("energy_per_length")
+    return slope.assign_attrs(attributes("force", "energy gained per length grown", "dE/dL")).to_dataset()
 
 
 def dissipation_peaks(data: xr.Dataset) -> xr.Dataset:
-    """The largest peak of each filament's dissipation over its background, the median of the frames.
+    """Largest peak of the dissipation over its median (rod).
 
-    Cut the frames of a start far from rest, and those without growth, first. Gives ``peak_ratio(rod)``, largest
-    dissipation over background; ``peak_time(rod)``, ``peak_length(rod)`` when; ``peak_energy(rod)`` the energy
-    dissipated above the background about it, for as long as the ratio is above half of the largest. Smooth growth at
-    a rate dissipates in proportion to its square; the energy of a sudden event hardly depends on the rate.
+    First leave out the frames of a start far from rest, and those without growth. ``peak_ratio(rod)`` is the largest
+    dissipation over its background, the median of the frames; ``peak_time(rod)`` and ``peak_length(rod)`` say when, and
+    ``peak_energy(rod)`` is the energy dissipated above the background about it, for as long as the ratio exceeds half
+    of its largest. Smooth growth at a rate dissipates in proportion to the rate squared; the energy of a sudden event
+    hardly depends on it.
     """
+    need(data, "dissipation", "length")
     spent = data.dissipation.transpose("frame", "rod")
-    floor = np.maximum(np.nanmedian(spent.values, axis=0), np.finfo(float).tiny)
-    ratio = spent / floor
+    background = np.maximum(np.nanmedian(spent.values, axis=0), np.finfo(float).tiny)
+    ratio = spent / background
     at = ratio.fillna(0.0).argmax("frame")
     during = _around(ratio.values >= 0.5 * ratio.isel(frame=at).values, at.values)
-    excess = ((spent - floor) * during).fillna(0.0)
+    excess = ((spent - background) * during).fillna(0.0)
     steps = np.diff(data.time.values)[:, None]
     energy = (0.5 * steps * (excess.values[1:] + excess.values[:-1])).sum(axis=0)
-    length = data.length.transpose("frame", "rod")
+    length, source = data.length.transpose("frame", "rod"), "max of dissipation over its median"
     return xr.Dataset(
         {
-            "peak_ratio": ratio.isel(frame=at).assign_attrs(_said("1", "largest dissipation over its background")),
-            "peak_length": length.isel(frame=at).assign_attrs(_said("length", "length of the rod at the peak")),
-            "peak_energy": ("rod", energy, _said("force*length", "dissipated above the background in the peak")),
-            "peak_time": ("rod", data.time.values[at.values], _said("time", "time of the peak")),
+            "peak_ratio": ratio.isel(frame=at).assign_attrs(
+                attributes("1", "largest dissipation over its background", source)
+            ),
+            "peak_length": length.isel(frame=at).assign_attrs(attributes("length", "length at the peak", source)),
+            "peak_energy": (
+                "rod",
+                energy,
+                attributes("force*length", "energy above the background", source),
+            ),
+            "peak_time": ("rod", data.time.values[at.values], attributes("time", "time of the peak", source)),
         }
     ).drop_vars("time")
 
 
 def _around(condition: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Of a condition [frame, rod], the stretch of frames in which it holds without a break about ``at`` [rod]."""
+    """Of a condition [frame, rod], the stretch of frames about ``at`` [rod] in which it holds without a break."""
     breaks = np.cumsum(~condition, axis=0)
     return condition & (breaks == np.take_along_axis(breaks, at[None], axis=0))
 
@@ -73,7 +92,3 @@ def _around(condition: np.ndarray, at: np.ndarray) -> np.ndarray:
 def _rates(values: xr.DataArray, time: xr.DataArray) -> xr.DataArray:
     values = values.transpose("frame", "rod")
     return values.copy(data=np.gradient(values.values, time.values, axis=0))
-
-
-def _said(units: str, long_name: str, source: str = "") -> dict[str, str]:
-    return {"units": units, "long_name": long_name, **({"source": source} if source else {})}

@@ -1,4 +1,4 @@
-"""What a swimmer has settled to: the period of its motion and the name of its shape."""
+"""What a swimmer has settled to: the period of its motion, and its class by name."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import bending, described, mode_coefficients, need
+from warp_rods.analysis.described import described, need
+from warp_rods.analysis.shape import bending, mode_coefficients
 
 MODES = 6
-"""Beam modes that stand for a shape."""
+"""Number of beam modes that describe a shape."""
 STRAIGHT = 0.05
 """Bending, root mean square over time and length, below which a rod counts as straight."""
 STEADY = 0.02
-"""Largest fluctuation of a steady shape, root mean square, over its size."""
+"""Largest fluctuation of a steady shape over its size, root mean square."""
 FLAT = 1e-3
 """Largest share of bending out of one plane in a planar shape."""
 RECURRENCE = 0.1
-"""Largest mean square distance from the shape one period before, over twice the variance."""
+"""Largest mean square distance from the shape one period earlier, over twice the variance."""
 FEWEST = 6
-"""Frames of the late window."""
+"""Fewest frames of the late window."""
 TURNS = 0.1
-"""Part of its range by which a₀ must pass zero to count as changing sign."""
+"""Share of its range by which a₀ must pass zero to count as changing sign."""
 
 
 class Motion(NamedTuple):
@@ -45,15 +46,16 @@ CLASSES: dict[str, Callable[[Motion], np.ndarray]] = {
     "waving": lambda m: m.periodic & ~m.reverses,
     "flapping": lambda m: m.periodic & m.reverses,
 }
-"""What each class means; the first that holds gives the name, and none makes it irregular."""
+"""What each class means. The first that holds gives the name; where none does the motion is irregular."""
 
 
 def period(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
-    """Period of a swimmer's shape, from frames at even times after ``since``, by default the later half (rod).
+    """Period of the shape (rod).
 
-    The shortest time after which the beam-mode coefficients of both twist-free bendings recur together,
-    refined by a parabola; half the window at most. A shape that turns into its mirror image (a₀ → −a₀) has
-    done half a period. NaN where the shape is steady, straight or does not recur.
+    The shortest time after which the beam-mode coefficients of both twist-free bendings recur together, refined by a
+    parabola, and at most half the window: the frames after ``since``, at even times; by default the later half. A shape
+    that has become its mirror image (a₀ → −a₀) is half a period on. NaN where the shape is steady, straight or does not
+    recur. Raises ValueError where there are fewer than ``FEWEST`` frames.
     """
     window = _late(dataset, since)
     shapes = _shapes(window)
@@ -63,11 +65,12 @@ def period(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
 
 
 def shape_class(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
-    """Name of what a swimmer does after ``since``, by default in the later half of the run (rod).
+    """Class of the motion: U, waving, flapping, … (rod).
 
-    straight, U, waving, flapping, twisted-U, S or irregular by the table ``CLASSES``; a rod that failed is
-    irregular. All is told from the twist-free bending: even where more than half of its square is in even beam modes,
-    reversing where a₀, and with it the swimming direction, changes sign.
+    By name: straight, U, waving, flapping, twisted-U, S or irregular, by the table ``motion_class.CLASSES`` and the
+    twist-free bending after ``since``, by default in the later half of the run. The bending is even where more than
+    half of its square is in even beam modes; the motion reverses where a₀, and with it the swimming direction, changes
+    sign. A rod that failed is irregular. Raises ValueError as ``period``. §4.3, §4.4
     """
     need(dataset, "status")
     window = _late(dataset, since)
@@ -96,7 +99,7 @@ def _motion(window: xr.Dataset) -> Motion:
 
 
 def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
-    """The frames after ``since``, without a last one off the beat; ValueError for filaments or too few of them."""
+    """The frames after ``since``, without a last one that comes early; ValueError for filaments, or too few frames."""
     need(dataset, "activity")
     time = dataset["time"].to_numpy()
     start = (time[0] + time[-1]) / 2 if since is None else since
@@ -105,7 +108,7 @@ def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
         frames = frames[:-1]
     spacing = np.diff(time[frames])
     if len(frames) < FEWEST or np.ptp(spacing) > 1e-6 * spacing[0]:
-        raise ValueError(f"{FEWEST} frames or more at even times after {start:g} are needed: there are {len(frames)}")
+        raise ValueError(f"{FEWEST} frames or more at even times after {start:g} are needed; there are {len(frames)}")
     return dataset.isel(frame=frames)
 
 
@@ -129,12 +132,12 @@ def _recurrence(shapes: np.ndarray, time: np.ndarray) -> np.ndarray:
     moving = (shapes - shapes.mean(axis=0)).reshape(frames, rods, -1)
     overlap = np.fft.irfft((abs(np.fft.rfft(moving, 2 * frames, axis=0)) ** 2).sum(axis=2), axis=0)[:frames]
     summed = np.cumsum(np.sum(moving**2, axis=2), axis=0)
-    # Mean square of both ends of the pairs of frames that lie a lag apart.
+    # Mean square of the two shapes of all pairs of frames one lag apart.
     lag = np.arange(1, frames // 2 + 1)
     early, late = summed[frames - 1 - lag], summed[-1] - summed[lag - 1]
     distance = 1 - 2 * overlap[lag] / np.maximum(early + late, np.finfo(float).tiny)
     left, here, right = distance[:-2], distance[1:-1], distance[2:]
-    # Over one period the distance averages to 1: a dip before it has risen is a ripple, no recurrence.
+    # Over one period the distance averages to 1: a dip before it has risen is a ripple, not a recurrence.
     risen = np.maximum.accumulate(here, axis=0) > 0.5
     dips = risen & (here < RECURRENCE) & (here <= left) & (here < right)
     first = dips.argmax(axis=0)[None]

@@ -1,6 +1,7 @@
 """When two segments pass through each other while their ends move linearly from one time to the next.
 
-Pairs of segments are arrays [time, pair, end, 3]: two times, 0 and 1; the second segment is the image near the first.
+Pairs of segments are arrays [time, pair, end, 3] at the times 0 and 1; the second segment is the image nearest the
+first.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 FLAT = 1e-9
-"""Two segments keep to one plane where their ends leave it by less than this part of their lengths."""
+"""Two segments stay in one plane where their ends leave it by less than this share of their lengths."""
 BISECTIONS = 52
 
 
@@ -22,10 +23,10 @@ class Passes(NamedTuple):
     sign: np.ndarray
 
 
-def keep_to_a_plane(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Which pairs are in one plane all the time, so that passing through each other has no moment [pair].
+def stay_in_a_plane(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Which pairs are in one plane all the time, so that there is no moment of passing through [pair].
 
-    In the plane, in planes that turn with them, or parallel: what sweeps over each other there is another matter.
+    In a fixed plane, in one that turns with them, or parallel; ``meet_in_plane`` is for those.
     """
     a, b, w = first[:, :, 1] - first[:, :, 0], second[:, :, 1] - second[:, :, 0], second[:, :, 0] - first[:, :, 0]
     one, other = (np.linalg.norm(side, axis=-1).max(axis=0) for side in (a, b))
@@ -36,9 +37,9 @@ def keep_to_a_plane(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 def passes(first: np.ndarray, second: np.ndarray) -> Passes:
     """Every time at which one segment goes through the other, both in their interiors.
 
-    The four ends are in one plane at the roots of a cubic, (a × b)·w for sides a, b and w from start to start; it is
-    a pass where the cubic changes its sign and the segments meet. A segment has its start and not its end, and a cubic
-    that vanishes counts as positive: chains of segments and of times miss nothing and count nothing twice.
+    The four ends are in one plane at the roots of the cubic (a × b)·w, for sides a, b and w from start to start. They
+    pass where the cubic changes its sign and the segments meet. A segment includes its start and not its end, and a
+    cubic that vanishes counts as positive: so chains of segments and of times miss nothing and count nothing twice.
     """
     a, b, w = first[:, :, 1] - first[:, :, 0], second[:, :, 1] - second[:, :, 0], second[:, :, 0] - first[:, :, 0]
     volume = _volume(a, b, w)
@@ -52,10 +53,10 @@ def passes(first: np.ndarray, second: np.ndarray) -> Passes:
 
 
 def sign_changes(c: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where cubics Σ c_k t^k, c [4, cubic], change sign in (0, 1]: which cubic, when, and from − to + or back.
+    """Where cubics Σ c_k t^k, c [4, cubic], change sign in (0, 1]: which cubic, when, and +1 from − to + or −1.
 
-    ``start``, ``end``: their values at 0 and 1 without the round-off of the sum, so that the end of one step is the
-    start of the next to the bit.
+    ``start``, ``end``: their values at 0 and 1 without the round-off of the sum, so that the end of one interval equals
+    the start of the next to the bit.
     """
     control = _bernstein(c)
     some = np.flatnonzero(~(np.all(control > 0, axis=0) & (end >= 0) | np.all(control < 0, axis=0) & (end < 0)))
@@ -73,9 +74,9 @@ def sign_changes(c: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.
 
 
 def meet_in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For pairs that keep to a plane: whether they overlap at time 0, and when they first do in (0, 1], or inf.
+    """For pairs that stay in a plane: whether they overlap at time 0, and when they first do in (0, 1], or inf.
 
-    Found where an end of one passes over the other, or where they overlap at time 1.
+    That is when an end of one passes over the other, or at time 1 where they overlap then.
     """
     p, q = _in_plane(first, second)
     time = np.full(p.shape[1], np.inf)
@@ -94,14 +95,14 @@ def meet_in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both segments in coordinates of their plane, [time, pair, end, 2], centred."""
+    """Both segments in centred coordinates of their plane [time, pair, end, 2]."""
     at = [np.concatenate([(1 - t) * s[0] + t * s[1] for s in (first, second)], axis=1) for t in (0.0, 0.5, 1.0)]
     edges = [p[:, [1, 3, 2]] - p[:, [0, 2, 0]] for p in at]
     normals = np.concatenate([np.cross(e[:, [0, 0, 1]], e[:, [1, 2, 2]]) for e in edges], axis=1)
     pairs = np.arange(first.shape[1])
     normal = normals[pairs, np.argmax(np.sum(normals**2, axis=2), axis=1)]
     along = first[0, :, 1] - first[0, :, 0]
-    # All on one line: any plane with it will do.
+    # All on one line: any plane that contains it will do.
     line = np.sum(normal**2, axis=1) < (FLAT * np.sum(along**2, axis=1)) ** 2
     normal[line] = np.cross(along[line], np.eye(3)[np.argmin(np.abs(along[line]), axis=1)])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""The table that ends a run, and ``warp-rods`` reports: from a trajectory, a row an ensemble."""
+"""The table that ``warp-rods`` prints at the end of a run: one row per ensemble, from the trajectory."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rich.table import Table
 
 
 def summary(data: xr.DataTree, order: list[str]) -> Table:
-    """Mean energy, ⟨𝒦⟩ or mean speed, worst constraint residual and lost rods of each ensemble, start → end."""
+    """Mean energy, ⟨𝒦⟩ or mean speed, worst residual of the constraints, and lost rods; where two, start → end."""
     table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "worst residual", "lost")
     for name in order:
         d = data[name].to_dataset()
@@ -31,9 +31,9 @@ def _change(first: float, last: float) -> str:
 def _speed(d: xr.Dataset) -> str:
     """Mean over the rods of |r(T) − r(0)|/T of the middle node."""
     middle = d.position.isel(node=d.sizes["node"] // 2)
-    way = middle.isel(frame=-1) - middle.isel(frame=0)
+    displacement = middle.isel(frame=-1) - middle.isel(frame=0)
     span = float(d.time[-1] - d.time[0])
-    return f"{float(np.linalg.norm(way, axis=-1).mean()) / span:.4g}" if span > 0 else "–"
+    return f"{float(np.linalg.norm(displacement, axis=-1).mean()) / span:.4g}" if span > 0 else "–"
 
 
 def _residual(d: xr.Dataset) -> str:

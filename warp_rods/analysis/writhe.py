@@ -10,8 +10,8 @@ _CURVES_AT_ONCE = 32
 def writhe(position: ArrayLike) -> np.ndarray:
     """(1/4π) ∬ (r₁−r₂)·dr₁×dr₂/|r₁−r₂|³ of curves [..., node, 3] taken as polygons; returns [...].
 
-    A right-handed coil counts positive, planar and straight curves give 0 to round-off. A pair of segments
-    adds the solid angle in which they see each other cross (Banchoff 1976; Klenin and Langowski 2000, 1a).
+    Right-handed coils count positive; planar and straight curves give 0 to round-off. A pair of segments adds the
+    solid angle of directions from which they are seen to cross (Banchoff 1976; Klenin and Langowski 2000, method 1a).
     """
     position = np.asarray(position, dtype=np.float64)
     curves = position.reshape(-1, *position.shape[-2:])
@@ -21,7 +21,7 @@ def writhe(position: ArrayLike) -> np.ndarray:
 
 
 def _crossings(curves: np.ndarray) -> np.ndarray:
-    """Sum over pairs of segments, each once; neighbours lie in a plane and add nothing. [curve]"""
+    """Sum over pairs of segments, each once [curve]; neighbours lie in a plane and add nothing."""
     first, second = np.triu_indices(curves.shape[1] - 1, k=2)
 
     def between(i: np.ndarray, j: np.ndarray) -> np.ndarray:

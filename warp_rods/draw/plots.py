@@ -1,6 +1,11 @@
-"""The house style of figures: sizes, fonts, colours that everyone can tell apart, and rods drawn as lit tubes.
+"""Figures in the house style, with rods drawn as lit tubes. Sizes are in millimetres.
 
-Figures are those of Matplotlib, without pyplot: no window, no global list of figures. Sizes are in millimetres.
+    with plots.style():
+        figure = plots.figure()
+        plots.tubes(figure.subplots(), position)
+    plots.save(figure, "rods")  # rods.png and rods.svg
+
+Figures are Matplotlib's, without pyplot: no window, no global list of figures, and no change of its settings.
 """
 
 from __future__ import annotations
@@ -8,59 +13,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from warp_rods.draw.style import COLOUR_MAP, COLUMN, OKABE_ITO, PAGE, RESOLUTION, STYLE, style
+from warp_rods.draw.tubes import scale_bar, tubes
 
-COLUMN, PAGE = 86.0, 178.0
-"""Widths of a column and of a page of a journal, mm."""
-OKABE_ITO = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-"""Colours for lines and kinds that those who do not see all colours tell apart, too (Okabe and Ito 2008)."""
-COLOUR_MAP = "viridis"
-STYLE: dict[str, Any] = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 7.0,
-    "axes.labelsize": 7.0,
-    "axes.titlesize": 7.0,
-    "xtick.labelsize": 6.0,
-    "ytick.labelsize": 6.0,
-    "legend.fontsize": 6.0,
-    "legend.frameon": False,
-    "mathtext.fontset": "dejavusans",
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 1.0,
-    "lines.markersize": 3.0,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "grid.linewidth": 0.4,
-    "grid.color": "0.85",
-    "image.cmap": COLOUR_MAP,
-    "svg.hashsalt": "warp_rods",  # or names inside an SVG, and with them its bytes, change from run to run
-}
-RESOLUTION = 300
-"""Dots per inch of PNG, and of the tubes inside an SVG."""
-
-SIDES = 14
-"""Of a tube."""
-CAP = np.deg2rad([90.0, 60.0, 30.0])
-"""Angles of the rings that round off an end."""
-LIGHT = np.array([-0.4, 0.6, 0.7])
-"""Where the light comes from: right, up and backwards as the viewer sees it."""
-MEMBRANE, MEMBRANE_OPACITY = np.array([0.66, 0.70, 0.76]), 0.35
+__all__ = [
+    "COLOUR_MAP",
+    "COLUMN",
+    "OKABE_ITO",
+    "PAGE",
+    "RESOLUTION",
+    "STYLE",
+    "figure",
+    "letter",
+    "save",
+    "scale_bar",
+    "style",
+    "tubes",
+]
 
 
 def figure(width: float = COLUMN, height: float = 60.0) -> Any:
-    """An empty ``matplotlib.figure.Figure`` of that size in mm; the process's rcParams become the house style."""
-    import matplotlib
-    from matplotlib.figure import Figure
+    """An empty ``matplotlib.figure.Figure`` of this size in mm; draw on it within ``style()``."""
+    from warp_rods.draw.figure import HouseFigure
 
-    matplotlib.rcParams.update(STYLE)  # type: ignore[arg-type]
-    return Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
+    with style():
+        return HouseFigure(figsize=(width / 25.4, height / 25.4), layout="constrained")
 
 
 def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
-    """Write ``stem``.png and ``stem``.svg, making the folder; returns both paths. One figure gives one set of bytes."""
+    """Write ``stem``.png and ``stem``.svg, making the folder; returns both paths. Equal figures give equal bytes."""
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
     png, svg = stem.with_name(stem.name + ".png"), stem.with_name(stem.name + ".svg")
@@ -72,119 +53,3 @@ def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
 def letter(axes: Any, text: str) -> None:
     """Name a panel, above its left corner."""
     axes.set_title(text, loc="left", fontweight="bold")
-
-
-def tubes(
-    axes: Any,
-    lines: Any,
-    values: Any = None,
-    radius: float = 0.02,
-    *,
-    view: tuple[float, float] = (-60.0, 25.0),
-    limits: tuple[float, float] | None = None,
-    colour: str = OKABE_ITO[0],
-    colour_map: str = COLOUR_MAP,
-    membrane: Any = None,
-) -> Any:
-    """Draw rods as shaded tubes on flat axes, seen without perspective; returns what ``figure.colorbar`` takes.
-
-    lines: centre lines [rod, node, 3], or a list of [node, 3]. values: a scalar a node or a rod of each, coloured by
-    ``colour_map`` between ``limits`` (by default all of them); none: all in ``colour``. radius: of the tubes, length.
-    view: azimuth and elevation of the viewer, degrees. membrane: a ``membrane.Mesh``, drawn translucent with the tubes
-    sorted into it.
-    """
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import PolyCollection
-    from matplotlib.colors import Normalize, to_rgb
-
-    camera, lines = _camera(view), [np.asarray(line, dtype=float) for line in lines]
-    each = [0.0] * len(lines) if values is None else values
-    given = np.concatenate([np.broadcast_to(v, len(line)) for v, line in zip(each, lines, strict=True)])
-    norm = Normalize(*(limits or (given.min(), given.max())))
-    mapped = ScalarMappable(norm, colour_map)
-    colours = np.broadcast_to(to_rgb(colour), (len(given), 3)) if values is None else mapped.to_rgba(given)[:, :3]
-    shades = np.split(colours, np.cumsum([len(line) for line in lines])[:-1])
-    faces = [_lit(*_tube(line, radius, camera), shade) for line, shade in zip(lines, shades, strict=True)]
-    faces += _sheet(membrane, camera) if membrane is not None else []
-    corners, colours, depth = (np.concatenate(column) for column in zip(*faces, strict=True))
-    order = np.argsort(depth, kind="stable")
-    corners, colours = corners[order], colours[order]
-    edges = np.where(colours[:, 3:] == 1.0, colours, 0.0)  # they close the hairlines between faces of a tube
-    drawn = PolyCollection(list(corners), facecolors=colours, edgecolors=edges, linewidths=0.15, rasterized=True)
-    axes.add_collection(drawn)
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-    axes.autoscale_view()
-    return mapped
-
-
-def scale_bar(axes: Any, length: float, label: str) -> None:
-    """A bar of that length under what is drawn: tubes have no axes to read lengths from."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    at = bottom - 0.06 * (top - bottom)
-    axes.plot([left, left + length], [at, at], color="black", linewidth=1.2, solid_capstyle="butt")
-    axes.text(left + length / 2, at - 0.03 * (top - bottom), label, ha="center", va="top", fontsize=6.0)
-    axes.set_xlim(left, max(right, left + length))
-    axes.set_ylim(bottom - 0.2 * (top - bottom), top)
-
-
-def _camera(view: tuple[float, float]) -> np.ndarray:
-    """Rows: the viewer's right, up, and the way to the viewer."""
-    azimuth, elevation = np.deg2rad(view)
-    back = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    return np.stack([right, np.cross(back, right), back])
-
-
-def _tube(line: np.ndarray, radius: float, camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rings [ring, side, 3] round a line [node, 3] with rounded ends, and their normals, both in the viewer's axes."""
-    line = line @ camera.T
-    tangent = np.gradient(line, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    across = np.cross(tangent[0], np.eye(3)[np.argmin(np.abs(tangent[0]))])
-    frames = []
-    for t in tangent:  # carried along without turning about the line
-        across = across - (across @ t) * t
-        across = across / np.linalg.norm(across)
-        frames.append((across, np.cross(t, across)))
-    angle = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)
-    out = np.cos(angle)[:, None] * np.array(frames)[:, None, 0] + np.sin(angle)[:, None] * np.array(frames)[:, None, 1]
-    back, lift = -np.sin(CAP)[:, None, None] * tangent[0], np.cos(CAP)[:, None, None]
-    front = np.sin(CAP[::-1])[:, None, None] * tangent[-1]
-    normals = np.concatenate([back + lift * out[0], out, front + lift[::-1] * out[-1]])
-    centres = np.concatenate([line[:1].repeat(len(CAP), 0), line, line[-1:].repeat(len(CAP), 0)])
-    return centres[:, None] + radius * normals, normals
-
-
-def _lit(rings: np.ndarray, normals: np.ndarray, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The faces of a tube that show: corners [face, 4, 2], colours [face, 4], depths [face]."""
-    quads, normal = _quads(rings), _quads(normals).mean(axis=1)
-    padded = np.concatenate([colours[:1].repeat(len(CAP), 0), colours, colours[-1:].repeat(len(CAP), 0)])
-    colour = ((padded[1:] + padded[:-1]) / 2).repeat(SIDES, axis=0)
-    shown = normal[:, 2] > -0.2
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    light = LIGHT / np.linalg.norm(LIGHT)
-    half = light + np.eye(3)[2]
-    half = half / np.linalg.norm(half)
-    diffuse = 0.4 + 0.6 * np.clip(normal @ light, 0.0, None)
-    gloss = 0.35 * np.clip(normal @ half, 0.0, None) ** 30
-    rgb = np.clip(colour * diffuse[:, None] + gloss[:, None], 0.0, 1.0)
-    rgba = np.concatenate([rgb, np.ones((len(rgb), 1))], axis=1)
-    # On a membrane a tube lies half in it: the half that shows is in front.
-    thickness = np.ptp(rings[len(CAP)], axis=0).max()
-    return quads[shown, :, :2], rgba[shown], quads[shown, :, 2].mean(axis=1) + thickness / 2
-
-
-def _quads(rings: np.ndarray) -> np.ndarray:
-    """Corners [ring − 1 × side, 4, 3] of the faces between rings [ring, side, 3]."""
-    turned = np.roll(rings, -1, axis=1)
-    return np.stack([rings[:-1], turned[:-1], turned[1:], rings[1:]], axis=2).reshape(-1, 4, 3)
-
-
-def _sheet(mesh: Any, camera: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """The triangles of a membrane, as quads with a corner twice."""
-    corners = (mesh.points @ camera.T)[mesh.triangles]
-    normal = (mesh.normals @ camera.T)[mesh.triangles].mean(axis=1)
-    light = 0.6 + 0.4 * np.abs(normal @ (LIGHT / np.linalg.norm(LIGHT)))
-    rgba = np.concatenate([MEMBRANE * light[:, None], np.full((len(corners), 1), MEMBRANE_OPACITY)], axis=1)
-    return [(corners[:, [0, 1, 2, 2], :2], rgba, corners[..., 2].mean(axis=1))]

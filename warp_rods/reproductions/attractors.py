@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import instantaneous_speed, mode_coefficients, speed, twist_harmonics
+from warp_rods.analysis.motion import instantaneous_speed, speed
 from warp_rods.analysis.motion_class import period, shape_class
+from warp_rods.analysis.shape import mode_coefficients, twist_harmonics
 from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row
 from warp_rods.reproductions.swimmers import LATE, SAVE_EVERY, STARTS, Swimmer, late, late_times, swim

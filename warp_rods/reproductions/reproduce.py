@@ -103,11 +103,12 @@ class _Process:
 
 def perform(name: str, quick: bool, out: Path) -> Outcome:
     """Make one reproduction in this process and write its files; what goes wrong in it is the outcome's ``error``."""
-    from warp_rods.draw.plots import save
+    from warp_rods.draw.plots import save, style
 
     start = time.perf_counter()
     try:
-        result = REPRODUCTIONS[name].make(quick)
+        with style():
+            result = REPRODUCTIONS[name].make(quick)
         figures = save(result.figure, out / name)
         files = (*figures, _write_data(result, out, name), _write_table(result.rows, out, name))
     except Exception:  # any fault of one must leave the others to go on

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.analysis.measures import speed
+from warp_rods.analysis.motion import speed
 from warp_rods.analysis.motion_class import CLASSES, shape_class
 from warp_rods.draw import plots
 from warp_rods.reproductions.attractors import PANELS

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.analysis.measures import instantaneous_speed, speed
+from warp_rods.analysis.motion import instantaneous_speed, speed
 from warp_rods.analysis.motion_class import shape_class
 from warp_rods.draw import plots
 from warp_rods.reproductions.result import Result, Row

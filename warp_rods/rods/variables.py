@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
 class Variable:
     """One array of the store.
 
-    ``dims`` are of ``frame``, ``rod``, ``node``, ``axis`` (3) and ``quaternion`` (4); ``units`` are in the
-    scene's own units of length, force and time; ``source`` is the equation, in model.md or the thesis.
+    ``dims`` are of ``frame``, ``rod`` and ``node``, and a last one with names, ``components``: ``axis`` (x, y, z),
+    ``strain_component`` or ``quaternion``. ``units`` are in the scene's own units of length, force and time;
+    ``source`` is the equation, by its number in the dissertation.
     """
 
     dims: tuple[str, ...]
@@ -18,11 +19,16 @@ class Variable:
     units: str
     long_name: str
     source: str
+    components: tuple[str, ...] = ()
 
 
+AXES = ("x", "y", "z")
+FILAMENT_STRAINS = ("twist", "normal", "geodesic")
+SWIMMER_STRAINS = ("twist", "bend1", "bend2")
 _ROD = ("frame", "rod")
 _NODE = ("frame", "rod", "node")
 _VECTOR = ("frame", "rod", "node", "axis")
+_STRAIN = ("frame", "rod", "node", "strain_component")
 _QUATERNION = ("frame", "rod", "node", "quaternion")
 TIME = Variable(("frame",), "float64", "time", "time", "")
 STATIC = {
@@ -32,17 +38,23 @@ STATIC = {
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
-    "stiffness": Variable(("rod", "axis"), "float64", "force*length^2", "B of twist, two bendings", "(5.28)"),
-    "period": Variable(("axis",), "float64", "length", "period of the box along each axis, inf where it is open", ""),
-    "intrinsic": Variable(("rod", "axis"), "float64", "1/length", "σ: the strains without elastic energy", "(5.28)"),
+    "stiffness": Variable(
+        ("rod", "strain_component"), "float64", "force*length^2", "stiffness B", "(5.28)", FILAMENT_STRAINS
+    ),
+    "period": Variable(
+        ("axis",), "float64", "length", "period of the box along each axis, inf where it is open", "", AXES
+    ),
+    "intrinsic": Variable(
+        ("rod", "strain_component"), "float64", "1/length", "intrinsic strain σ", "(5.28)", FILAMENT_STRAINS
+    ),
 }
 """What a group may keep that never changes."""
 ARC = Variable(("node",), "float64", "1", "arc length over rod length, from the middle", "")
 
 _EVERY_ROD = {
-    "position": Variable(_VECTOR, "float64", "length", "centre line", "∂s r = q0, (4.29)"),
-    "strain": Variable(_VECTOR, "float64", "1/length", "twist and two bendings, material frame", "∂s R = R Ω×, (4.30)"),
-    "orientation": Variable(_QUATERNION, "float32", "1", "material frame as quaternion x, y, z, w", "(4.30)"),
+    "position": Variable(_VECTOR, "float64", "length", "centre line", "∂s r = q0, (4.29)", AXES),
+    "strain": Variable(_STRAIN, "float64", "1/length", "strain in the material frame", "∂s R = R Ω×, (4.30)"),
+    "orientation": Variable(_QUATERNION, "float32", "1", "material frame as quaternion", "(4.30)", (*AXES, "w")),
     "tension": Variable(_NODE, "float32", "force", "tension", "(4.16)"),
     "energy_density": Variable(_NODE, "float32", "force", "elastic energy per length", "½ Σ B_i (Ω_i − σ_i)², (5.29)"),
     "energy": Variable(_ROD, "float64", "force*length", "elastic energy", "∫ of its density ds, (5.28)"),
@@ -55,23 +67,27 @@ _EVERY_ROD = {
 
 FILAMENT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
+    "strain": replace(_EVERY_ROD["strain"], components=FILAMENT_STRAINS),
     "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
     "growth_power": Variable(_ROD, "float64", "force*length/time", "energy that growth brings in", "dL/dt e(tip)"),
     "membrane_power": Variable(
         _ROD, "float64", "force*length/time", "power of a moving membrane", "docs/moving_membranes.md"
     ),
     "gauss": Variable(_ROD, "float64", "1/length^2", "Gaussian curvature at the midpoint", "K11 K22 − K12²"),
-    "load": Variable(_VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)"),
+    "load": Variable(
+        _VECTOR, "float32", "force/length", "force on the membrane per length", "ν, χ of (5.31), (5.32)", AXES
+    ),
     "load_moment": Variable(
         _NODE, "float32", "force", "moment on the membrane per length, about the tangent", "χ of (5.31), (D.33)"
     ),
     "constraint": Variable(_ROD, "float64", "length", "worst distance to the membrane", "max |φ|/|∇φ|"),
     "orthogonality": Variable(_ROD, "float64", "1", "worst tangent out of the membrane", "max |q·n|"),
-    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", ""),
+    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", "|∂s r| = 1"),
 }
 
 SWIMMER_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
+    "strain": replace(_EVERY_ROD["strain"], components=SWIMMER_STRAINS),
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
     "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
     "power": Variable(_ROD, "float64", "force*length/time", "power of flagella and forces", "∫ f u0 + M f ω0 + f·u ds"),

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import zarr
-from zarr.core.metadata import ArrayV3Metadata
 
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import ARC, TIME, Variable
@@ -36,14 +35,24 @@ class GroupSpec:
 
     def shape(self, variable: Variable) -> tuple[int, ...]:
         """The shape of one frame of a variable."""
-        sizes = {"rod": self.rods, "node": self.nodes, "axis": 3, "quaternion": 4}
+        sizes = {"rod": self.rods, "node": self.nodes}
+        if variable.components:
+            sizes[variable.dims[-1]] = len(variable.components)
         return tuple(sizes[dim] for dim in variable.dims if dim != "frame")
+
+    def labels(self) -> dict[str, tuple[str, ...]]:
+        """The names along each dim that has them."""
+        variables = [*self.variables.values(), *(variable for variable, _ in self.static.values())]
+        return {variable.dims[-1]: variable.components for variable in variables if variable.components}
 
 
 def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
     """An ensemble's group with all its arrays: the static ones filled, the others with no frame yet."""
     # CF's "coordinates" is how xarray.open_datatree tells coordinates from data.
     group = root.create_group(name, attributes={"coordinates": "time s"})
+    for dim, labels in spec.labels().items():
+        coordinate = group.create_array(dim, shape=(len(labels),), dtype="str", compressors=None, dimension_names=[dim])
+        coordinate[...] = np.array(labels)
     static = {"s": (ARC, np.linspace(-0.5, 0.5, spec.nodes)), **spec.static}
     for label, (variable, values) in static.items():
         shape = spec.shape(variable)
@@ -106,5 +115,5 @@ def frame_arrays(group: zarr.Group) -> dict[str, zarr.Array]:
 
 def dims_of(array: zarr.Array) -> tuple[str, ...]:
     """The names of an array's dimensions."""
-    assert isinstance(array.metadata, ArrayV3Metadata)
-    return tuple(name or "" for name in array.metadata.dimension_names or ())
+    names = getattr(array.metadata, "dimension_names", None)  # arrays of Zarr's format 2 have none
+    return tuple(name or "" for name in names or ())

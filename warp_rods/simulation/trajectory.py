@@ -15,10 +15,11 @@ import numpy as np
 import xarray as xr
 import zarr
 from xarray.backends import BackendArray
-from xarray.core import indexing
+from xarray.core import indexing  # as xarray's "How to add a new backend" has it; hence its upper bound in pyproject
 
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
+from warp_rods.simulation.earlier import labelled
 from warp_rods.simulation.store import (
     COMPLETE,
     GROWTH,
@@ -166,8 +167,11 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
     """
     root = open_store(Path(run_dir) / STORE, "r")
     frames = complete_frames(root)
-    tree = {name: _dataset(group, frames) for name, group in root.groups()}
-    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=dict(root.attrs)), **dict(sorted(tree.items()))})
+    attributes = dict(root.attrs)
+    # A group by itself still says on which membrane and in which box its rods are.
+    scene = {key: text for key, text in attributes.items() if key == "scene"}
+    tree = {name: _dataset(group, frames).assign_attrs(scene) for name, group in sorted(root.groups())}
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), **tree})
 
 
 class _Frames(BackendArray):
@@ -185,14 +189,19 @@ class _Frames(BackendArray):
 
 
 def _dataset(group: zarr.Group, frames: int) -> xr.Dataset:
+    """The variables of an ensemble, read lazily; names along a dim are read at once, as xarray does."""
     variables = {}
     for name, array in sorted(group.arrays()):
         dims = dims_of(array)
+        if dims == (name,):
+            variables[name] = xr.Variable(dims, np.asarray(array[...]).tolist())
+            continue
         # The arrays of a run that goes on, or was stopped, are longer than its complete frames.
         shape = (frames, *array.shape[1:]) if dims[:1] == ("frame",) else array.shape
         lazy = indexing.LazilyIndexedArray(_Frames(array, shape))
         variables[name] = xr.Variable(dims, lazy, dict(array.attrs))
-    return xr.Dataset(variables).set_coords(["time", "s"])
+    dataset = xr.Dataset(variables).set_coords(["time", "s"])
+    return dataset if set(dataset.dims) & set(dataset.indexes) else labelled(dataset)
 
 
 def _same_names(what: str, given: Mapping[str, Any], declared: Mapping[str, Any]) -> None:

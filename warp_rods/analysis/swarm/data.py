@@ -1,8 +1,7 @@
-"""What measures of swarms read of a group of a trajectory: where rods are, in which box, and who is near whom."""
+"""What measures of swarms are built with: where rods are, in which box, and which of them are near each other."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -10,35 +9,34 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from warp_rods.analysis.measures import described, lengths, need
+from warp_rods.analysis.described import described, lengths, need
+from warp_rods.progress import with_progress
 
 THIN = 0.5
-"""A swarm is planar where it is thinner than this part of a rod's length."""
+"""A swarm is planar where it is thinner than this share of a rod's length."""
 _BLOCK_BYTES = 32_000_000
-_PATIENCE = 2.0
 
 
 class Space(NamedTuple):
-    """The axes that a swarm extends along, and the period of its box along each of them, inf where it is open."""
+    """The axes along which a swarm extends, and the period of its box along each of them, inf where it is open."""
 
     axes: np.ndarray
     period: np.ndarray
 
 
 JOINED = ("position", "strain", "activity", "energy", "status")
-"""What of several ensembles is joined to be measured as one swarm."""
+"""Variables that are joined where several ensembles are measured as one swarm."""
 
 
 def together(run: xr.DataTree, *names: str) -> xr.Dataset:
-    """Ensembles of a run as one swarm: their rods one after the other, with what is measured of swarms.
+    """Ensembles of a run as one swarm: their rods one after the other, with the variables that swarms need.
 
-    names: of the ensembles; by default all swimmers. Raises ValueError where there are none, where their rods have
-    different numbers of nodes, or where one is not there.
+    ``names`` of the ensembles, by default those of all swimmers. Raises ValueError where there are none, where a name
+    is not known, or where their rods have different numbers of nodes.
     """
-    names = names or tuple(name for name, group in run.children.items() if "activity" in group)
-    if not names or (missing := [name for name in names if name not in run.children]):
-        said = f"no ensemble called {', '.join(missing)}" if names else "no swimmers"
-        raise ValueError(f"{said}: the run has {', '.join(run.children)}")
+    names = names or swimmers_of(run)
+    if unknown := [name for name in names if name not in run.children]:
+        raise ValueError(f"no ensemble called {', '.join(unknown)}: the run has {', '.join(run.children)}")
     groups = [run[name].to_dataset() for name in names]
     if len({group.sizes["node"] for group in groups}) > 1:
         raise ValueError(f"{', '.join(names)} have different numbers of nodes: measure them one by one")
@@ -49,8 +47,16 @@ def together(run: xr.DataTree, *names: str) -> xr.Dataset:
     return joined.assign({**once, **every})
 
 
-def sound(dataset: xr.Dataset) -> xr.Dataset:
-    """The rods that never failed, with their numbers as coordinate ``rod`` where some did.
+def swimmers_of(run: xr.DataTree) -> tuple[str, ...]:
+    """The names of a run's swimmers; raises ValueError where it has none."""
+    names = tuple(name for name, group in run.children.items() if "activity" in group)
+    if not names:
+        raise ValueError(f"no swimmers: the run has {', '.join(run.children)}")
+    return names
+
+
+def surviving(dataset: xr.Dataset) -> xr.Dataset:
+    """The rods that did not fail; where some did, the coordinate ``rod`` has the numbers of the others.
 
     Raises ValueError where none is left, or there is no position.
     """
@@ -67,11 +73,11 @@ def sound(dataset: xr.Dataset) -> xr.Dataset:
 def space(dataset: xr.Dataset, dimensions: int | None = None) -> Space:
     """The axes that count: all three, or two for a swarm in a plane.
 
-    ``dimensions``: 2 or 3; where it is None, 2 for a swarm that is thinner along an axis, in the first and the last
-    frame, than ``THIN`` rod lengths. The plane is across the axis along which the swarm is thinnest.
+    ``dimensions``: 2 or 3; where it is None, 2 for a swarm that in the first and the last frame is thinner along an
+    axis than ``THIN`` rod lengths. The plane is normal to the axis along which the swarm is thinnest.
     """
     if dimensions not in (None, 2, 3):
-        raise ValueError(f"dimensions = {dimensions}: a swarm has 2 or 3")
+        raise ValueError(f"dimensions = {dimensions}: 2 or 3 are allowed")
     ends = dataset["position"].isel(frame=[0, -1]).transpose(..., "axis").to_numpy()
     thickness = np.ptp(ends.reshape(-1, 3), axis=0)
     planar = thickness.min() < THIN * rod_length(dataset) if dimensions is None else dimensions == 2
@@ -90,28 +96,15 @@ def rod_length(dataset: xr.Dataset) -> float:
 
 
 def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
-    """Values [frame, ...] by blocks of successive frames, so that a long run never is in memory at once.
+    """Values [frame, ...] by blocks of successive frames, so that a long run is never in memory as a whole.
 
-    ``what`` names the progress bar that shows where it takes longer than two seconds.
+    ``what`` names the progress bar.
     """
     values = values.transpose("frame", ...)
     frames = values.sizes["frame"]
     step = max(1, int(_BLOCK_BYTES * frames / max(values.nbytes, 1)))
-    for first in patiently(range(0, frames, step), what):
+    for first in with_progress(range(0, frames, step), what):
         yield values.isel(frame=slice(first, first + step)).to_numpy()
-
-
-def patiently(steps: range, what: str) -> Iterator[int]:
-    """The steps, with a progress bar, on a terminal, over those that are left after two seconds."""
-    from rich.console import Console
-    from rich.progress import track
-
-    began, console = time.monotonic(), Console(stderr=True)
-    for done, step in enumerate(steps):
-        if time.monotonic() - began > _PATIENCE:
-            yield from track(steps[done:], what, console=console, transient=True, disable=not console.is_terminal)
-            return
-        yield step
 
 
 def nodes_by_block(dataset: xr.Dataset, what: str) -> Iterator[np.ndarray]:
@@ -125,23 +118,23 @@ def middles(dataset: xr.Dataset) -> np.ndarray:
 
 
 def weights(nodes: int) -> np.ndarray:
-    """Share of a rod that each node stands for [node]: the trapezoid rule."""
+    """Share of the rod's length that belongs to each node [node], by the trapezoid rule."""
     share = np.full(nodes, 1 / max(nodes - 1, 1))
     share[[0, -1]] /= 2 if nodes > 1 else 1
     return share
 
 
 def centres(dataset: xr.Dataset) -> np.ndarray:
-    """Centre of each rod [frame, rod, 3], ∫ r ds / L: it does not beat as the middle node does."""
+    """Centre of each rod [frame, rod, 3], ∫ r ds / L: unlike the middle node it does not follow the beat."""
     share = weights(dataset.sizes["node"])
     return np.concatenate([np.einsum("frnx,n->frx", block, share) for block in nodes_by_block(dataset, "centres")])
 
 
 def velocities(dataset: xr.Dataset) -> np.ndarray:
-    """Velocity of the centres [frame, rod, 3] by central differences of the frames, second order in them.
+    """Velocity of the centres [frame, rod, 3] by central differences between frames, second order in their spacing.
 
-    In the first and the last frame one-sided, first order: more would amplify noise. Raises ValueError where there
-    are fewer than two frames.
+    One-sided and first order in the first and the last frame: a higher order would amplify noise. Raises ValueError
+    where there are fewer than two frames.
     """
     time = dataset["time"].to_numpy()
     if len(time) < 2:
@@ -150,25 +143,25 @@ def velocities(dataset: xr.Dataset) -> np.ndarray:
 
 
 def minimum_image(separation: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Separations [..., axis] to the nearest image along axes with a period."""
+    """Separations [..., axis] from the nearest image along axes with a period."""
     return separation - np.where(np.isfinite(period), period, 0.0) * np.round(separation / period)
 
 
 def wrapped(points: np.ndarray, period: np.ndarray) -> np.ndarray:
     """Points [..., axis] moved into the box [0, period) along axes with a period."""
     inside = points - np.where(np.isfinite(period), period, 0.0) * np.floor(points / period)
-    # A point just below a multiple of the period is rounded up to it.
+    # Just below a multiple of the period the difference rounds to the period itself.
     return np.where(np.isfinite(period) & (inside >= period), 0.0, inside)
 
 
 def pairs_within(points: np.ndarray, period: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of points [point, axis] nearer than a radius: their numbers [pair, 2] and separations [pair, axis].
+    """Pairs of points [point, axis] within a radius of each other: numbers [pair, 2] and separations [pair, axis].
 
-    Each pair once, by its nearest image. Raises ValueError where half the period is below the radius.
+    Each pair once, by its nearest image. Raises ValueError where the radius exceeds half the period.
     """
     if 2 * radius > period.min():
         raise ValueError(f"a distance of {radius:g} is more than half the period {period.min():g} of the box")
-    # A tree knows an axis without period by 0.
+    # SciPy's tree takes 0 for an axis without period.
     tree = cKDTree(wrapped(points, period), boxsize=np.where(np.isfinite(period), period, 0.0))
     pairs = tree.query_pairs(radius, output_type="ndarray")
     return pairs, minimum_image(points[pairs[:, 1]] - points[pairs[:, 0]], period)

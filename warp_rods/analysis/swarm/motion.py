@@ -1,7 +1,8 @@
 """Motion of a swarm: how fast rods are, and how far they get.
 
-A rod is where its centre is, ∫ r ds / L, which does not beat as its middle node does. Velocities are central
-differences of the frames, second order in them, one-sided in the first and last. Rods that failed are left out.
+The position of a rod is that of its centre, ∫ r ds / L, which unlike the middle node does not follow the beat.
+Velocities are differences between frames: central and second order in their spacing, one-sided in the first and the
+last. Rods that failed are left out.
 """
 
 from __future__ import annotations
@@ -9,44 +10,46 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import described
-from warp_rods.analysis.swarm.data import centres, over_frames, sound, velocities
+from warp_rods.analysis.described import described
+from warp_rods.analysis.swarm.data import centres, over_frames, surviving, velocities
 
 LAGS = 60
-"""Lags at most, spread evenly in their logarithm up to half the run."""
+"""Largest number of lags, spaced evenly on a logarithmic scale up to half the run."""
 
 
 def mean_speed(dataset: xr.Dataset) -> xr.DataArray:
-    """⟨|v|⟩ over the rods (frame). Raises ValueError where there are fewer than two frames."""
-    dataset = sound(dataset)
+    """Mean speed of the rods (frame).
+
+    ⟨|v|⟩. Raises ValueError where there are fewer than two frames.
+    """
+    dataset = surviving(dataset)
     values = np.linalg.norm(velocities(dataset), axis=-1).mean(axis=1)
     return over_frames(dataset, values, "mean speed", "⟨|v|⟩", "length/time")
 
 
 def speed_distribution(dataset: xr.Dataset, bins: int = 50) -> xr.DataArray:
-    """Probability density of |v|, over all rods and frames (speed); it integrates to one.
+    """Probability density of the speed (v).
 
-    ``bins`` of even width from 0 to the largest speed, ``speed`` in their middles. Raises ValueError where there
-    are fewer than two frames.
+    Over all rods and frames. ``bins`` of equal width from 0 to the largest speed, with ``v`` at their middles; it
+    integrates to one. Raises ValueError where there are fewer than two frames.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     speeds = np.linalg.norm(velocities(dataset), axis=-1)
-    # All at rest, and the largest of all, belong in a bin too.
+    # The largest speed belongs in the last bin, even where all are at rest.
     top = np.nextafter(max(speeds.max(), np.finfo(float).tiny), np.inf)
     density, edges = np.histogram(speeds, bins, (0.0, top), density=True)
-    found = described(dataset, ("speed",), density, "time/length", "probability density", "p(|v|)")
-    at = ("speed", (edges[1:] + edges[:-1]) / 2, {"units": "length/time", "long_name": "speed"})
-    return found.assign_coords(speed=at)
+    found = described(dataset, ("v",), density, "time/length", "probability density", "p(|v|)")
+    return found.assign_coords(v=("v", (edges[1:] + edges[:-1]) / 2, {"units": "length/time", "long_name": "speed"}))
 
 
 def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
-    """⟨|r(t + lag) − r(t)|²⟩ over rods and all time origins t (lag), up to half the run.
+    """Mean square displacement against lag (lag).
 
-    v² lag² where rods move straight on, 2d D lag where they diffuse in d dimensions. Each lag is a whole number
-    of frames; all origins count, so that neighbouring values are not independent. Raises ValueError where the
-    frames are not at even times, or fewer than three.
+    ⟨|r(t + lag) − r(t)|²⟩ over the rods and all times t, up to half the run: v² lag² where rods move straight on, 2d D
+    lag where they diffuse in d dimensions. A lag is a whole number of frames. All times count, so that neighbouring
+    values are not independent. Raises ValueError where the frames are not at even times, or fewer than three.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     at, interval = centres(dataset), _interval(dataset)
     longest = (len(at) - 1) // 2
     lags = np.unique(np.round(np.geomspace(1, longest, LAGS)).astype(int))
@@ -56,13 +59,14 @@ def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def displacement_exponent(dataset: xr.Dataset) -> xr.DataArray:
-    """d ln MSD / d ln lag (lag): 2 where rods move straight on, 1 where they diffuse.
+    """Exponent of the mean square displacement (lag).
 
-    Raises ValueError as ``mean_square_displacement``, and where the run has fewer than five frames.
+    d ln MSD / d ln lag: 2 where rods move straight on, 1 where they diffuse. Raises ValueError as
+    ``mean_square_displacement``, and where there are fewer than five frames.
     """
     msd = mean_square_displacement(dataset)
     if msd.sizes["lag"] < 2:
-        raise ValueError(f"an exponent needs two lags, five frames or more: there are {dataset.sizes['frame']}")
+        raise ValueError(f"an exponent needs two lags, hence five frames or more; there are {dataset.sizes['frame']}")
     with np.errstate(divide="ignore", invalid="ignore"):  # rods at rest have no exponent: NaN
         values = np.gradient(np.log(msd.to_numpy()), np.log(msd["lag"].to_numpy()))
     found = described(dataset, ("lag",), values, "1", "exponent of the displacement", "d ln MSD / d ln lag")
@@ -74,5 +78,5 @@ def _interval(dataset: xr.Dataset) -> float:
     times = dataset["time"].to_numpy()
     spacing = np.diff(times)
     if len(times) < 3 or np.ptp(spacing) > 1e-6 * spacing[0]:
-        raise ValueError("three frames or more at even times are needed: choose some with dataset.isel(frame=…)")
+        raise ValueError("three frames or more at even times are needed: choose them with dataset.isel(frame=…)")
     return float((times[-1] - times[0]) / (len(times) - 1))

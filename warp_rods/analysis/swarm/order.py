@@ -1,9 +1,9 @@
-"""Order of a swarm: do rods point, lie or move the same way, all over or near each other?
+"""Order of a swarm: whether rods point, lie or move the same way, globally or locally.
 
-The direction p of a rod is the unit vector from its first node to its last, s = −1/2 to 1/2; a rod whose ends
-meet has none and is left out. Rods with symmetric flagella have no head: their p has an arbitrary sign, so that
-polar order says nothing of them, while nematic order and the order of their motion do. In a plane p is the
-direction of the projection. Rods that failed are left out.
+The direction p of a rod is the unit vector from its first node to its last; a rod whose ends meet has none and is left
+out. Rods with symmetric flagella have no head, so that the sign of p is arbitrary and polar order means nothing for
+them; nematic order and the order of their motion do. In a plane p is the direction of the projection. Rods that failed
+are left out.
 """
 
 from __future__ import annotations
@@ -14,33 +14,37 @@ import numpy as np
 import xarray as xr
 from scipy.sparse import csr_array
 
-from warp_rods.analysis.measures import FRAMES, described
+from warp_rods.analysis.described import FRAMES, described
 from warp_rods.analysis.swarm.data import (
     Space,
     middles,
     over_frames,
     pairs_within,
-    patiently,
     rod_length,
-    sound,
     space,
+    surviving,
     velocities,
 )
+from warp_rods.progress import with_progress
 
 
 def polar_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
-    """|⟨p⟩| over the rods (frame): 1 where all point the same way; √⟨|⟨p⟩|²⟩ = 1/√N for N of any direction."""
-    dataset = sound(dataset)
+    """Polar order: 1 where all rods point the same way (frame).
+
+    |⟨p⟩|, whose root mean square is 1/√N for N rods of random direction.
+    """
+    dataset = surviving(dataset)
     values = _polar(*_directions(dataset, space(dataset, dimensions)))
     return over_frames(dataset, values, "polar order", "|⟨p⟩|").assign_attrs(_isotropic(dataset))
 
 
 def nematic_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
-    """Largest eigenvalue of Q = (d⟨pp⟩ − 1)/(d − 1) in d dimensions (frame): 1 where all lie along one line.
+    """Nematic order: 1 where all lie along one line (frame).
 
-    For N rods of any direction about 1/√N: its root mean square is that in a plane, and 0.86/√N in space.
+    The largest eigenvalue of Q = (d⟨pp⟩ − 1)/(d − 1) in d dimensions. Its root mean square for N rods of random
+    direction is 1/√N in a plane and 0.86/√N in space.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     values = _nematic(*_directions(dataset, space(dataset, dimensions)))
     return over_frames(dataset, values, "nematic order", "max eig (d⟨pp⟩ − 1)/(d − 1)").assign_attrs(
         _isotropic(dataset)
@@ -48,21 +52,23 @@ def nematic_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.Data
 
 
 def motion_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
-    """|⟨v/|v|⟩| of the velocities of the centres (frame): 1 where all move the same way, 1/√N where any way.
+    """Polar order of the velocities (frame).
 
+    |⟨v/|v|⟩| of the centres: 1 where all rods move the same way, about 1/√N for N rods that move in random directions.
     Raises ValueError where there are fewer than two frames.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     axes = space(dataset, dimensions).axes
     values = _polar(*_unit(velocities(dataset)[..., axes]))
     return over_frames(dataset, values, "polar order of the motion", "|⟨v/|v|⟩|").assign_attrs(_isotropic(dataset))
 
 
 def local_polar_order(dataset: xr.Dataset, radius: float | None = None, dimensions: int | None = None) -> xr.DataArray:
-    """|⟨p⟩| of the rods about each rod, itself among them, (frame, rod).
+    """Polar order of the rods about each rod (frame, rod).
 
-    They are those whose middle nodes are within ``radius`` of its own, by default a rod length. A rod among n of
-    any direction has 1/√n, and 1 alone. Raises ValueError where half the period of the box is below the radius.
+    |⟨p⟩| of the rods whose middle nodes are within ``radius`` of its own, by default one rod length, itself included:
+    about 1/√n among n rods of random direction, and 1 where it is alone. Raises ValueError where ``radius`` exceeds
+    half the period of the box.
     """
     return _local(dataset, radius, dimensions, _polar, "local polar order", "|⟨p⟩|")
 
@@ -70,12 +76,15 @@ def local_polar_order(dataset: xr.Dataset, radius: float | None = None, dimensio
 def local_nematic_order(
     dataset: xr.Dataset, radius: float | None = None, dimensions: int | None = None
 ) -> xr.DataArray:
-    """Largest eigenvalue of Q of the rods about each rod (frame, rod), as ``local_polar_order``."""
+    """Nematic order of the rods about each rod (frame, rod).
+
+    The largest eigenvalue of Q of the rods that ``local_polar_order`` takes.
+    """
     return _local(dataset, radius, dimensions, _nematic, "local nematic order", "max eig (d⟨pp⟩ − 1)/(d − 1)")
 
 
 def _directions(dataset: xr.Dataset, where: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Directions of the rods [frame, rod, axis], and 1 for those that have one, 0 for others [frame, rod]."""
+    """Directions of the rods [frame, rod, axis]; and 1 for rods that have one, 0 for others [frame, rod]."""
     ends = dataset["position"].isel(node=[0, -1], axis=where.axes).transpose("frame", "rod", "node", "axis").to_numpy()
     return _unit(ends[:, :, 1] - ends[:, :, 0])
 
@@ -112,12 +121,12 @@ def _local(
     long_name: str,
     source: str,
 ) -> xr.DataArray:
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     where, reach = space(dataset, dimensions), rod_length(dataset) if radius is None else radius
     p, counted = _directions(dataset, where)
     middle = middles(dataset)[..., where.axes]
     values = np.empty(p.shape[:2])
-    for frame in patiently(range(len(p)), long_name):
+    for frame in with_progress(range(len(p)), long_name):
         about = _about(middle[frame], where.period, reach)
         values[frame] = order(p[frame], counted[frame], about)
     found = described(dataset, FRAMES, values, "1", long_name, source)
@@ -132,5 +141,5 @@ def _about(points: np.ndarray, period: np.ndarray, radius: float) -> csr_array:
 
 
 def _isotropic(dataset: xr.Dataset) -> dict[str, float]:
-    """What order N rods of any direction have: 1/√N."""
+    """The order of N rods of random direction: 1/√N."""
     return {"isotropic": 1 / np.sqrt(dataset.sizes["rod"])}

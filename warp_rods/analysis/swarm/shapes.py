@@ -1,7 +1,7 @@
-"""Which shapes a swarm's rods have, frame by frame: what one snapshot tells, unlike the classes of motion.
+"""Which shapes the rods of a swarm have, frame by frame; ``motion_class`` is about their motion instead.
 
-All is told from the twist-free bending k = Ω1 + iΩ2 in units of 1/L, whatever its gauge: the phase of k is that of
-the directors. Rods that failed are left out.
+The shape follows from the twist-free bending k = Ω1 + iΩ2 in units of 1/L, in any gauge: the phase of k depends on the
+directors. Rods that failed are left out.
 """
 
 from __future__ import annotations
@@ -12,21 +12,22 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import FRAMES, bending, described, lengths, need
-from warp_rods.analysis.swarm.data import blocks, sound
+from warp_rods.analysis.described import FRAMES, described, lengths, need
+from warp_rods.analysis.shape import bending
+from warp_rods.analysis.swarm.data import blocks, surviving
 from warp_rods.analysis.writhe import writhe
 from warp_rods.rods import modes
 
 MODES = 6
-"""Beam modes that stand for a shape."""
+"""Number of beam modes that describe a shape."""
 STRAIGHT = 0.5
-"""Bending, root mean square along a rod times its length, below which it counts as straight: a U then turns by 24°."""
+"""Bending, root mean square along a rod times its length, below which it counts as straight: a U of it turns by 24°."""
 WRITHED = 0.5
-"""Writhe, of either hand, from which a rod that turns by more than a whole turn is coiled."""
+"""Writhe, of either hand, above which a rod is coiled; it is taken of rods with ∫ |k| ds > 2π only."""
 
 
 class Snapshot(NamedTuple):
-    """What is known of rods at their moments, each [frame, rod]."""
+    """What the classes are made of, each [frame, rod]."""
 
     size: np.ndarray
     leading: np.ndarray
@@ -42,17 +43,17 @@ SHAPES: dict[str, Callable[[Snapshot], np.ndarray]] = {
     "W": lambda now: now.leading == 2,
     "higher": lambda now: now.leading > 2,
 }
-"""What each class means; the first that holds gives the name: ``leading`` is the largest beam mode, ``turns`` those
-of the tangent from end to end in the plane, |∫ k ds|/2π. Writhe is taken where ∫ |k| ds is more than 2π."""
+"""What each class means; the first that holds gives the name. ``leading`` is the largest beam mode, ``turns`` are those
+of the tangent from end to end, |∫ k ds|/2π."""
 
 
 def shape_shares(dataset: xr.Dataset) -> xr.DataArray:
-    """Share of the rods in each class of ``SHAPES`` (frame, shape); they add up to one.
+    """Shares of straight, coiled, U-, S-, W-shaped rods (frame, shape).
 
-    A rod is straight while its bending, root mean square along it times its length, is below ``STRAIGHT`` (a U that
-    turns by 24°); coiled once it turns by more than a whole turn, or writhes; else called by its largest beam mode:
-    U, S, W for the first three, higher for others. Energies tell how much of it there is.
-    Raises ValueError where there are no strains, or the rods are no swimmers.
+    With those of higher modes they add up to one. A rod is straight while its bending, root mean square along it times
+    its length, is below 0.5 (a U then turns by 24°), and coiled if it turns by more than a whole turn or writhes. Any
+    other is named by its largest beam mode: U, S, W for the first three, higher for the rest. Energies tell how
+    strongly it is bent. Raises ValueError where there are no strains, or the rods are not swimmers.
     """
     shapes = shape_of(dataset)
     counts = np.stack([(shapes == name).mean("rod").to_numpy() for name in SHAPES], axis=1)
@@ -61,16 +62,13 @@ def shape_shares(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def shape_of(dataset: xr.Dataset) -> xr.DataArray:
-    """Name of each rod's shape (frame, rod), by the table ``SHAPES``.
-
-    Raises ValueError as ``shape_shares``.
-    """
+    """Shape of each rod by name (frame, rod), from the table ``SHAPES``; raises ValueError as ``shape_shares``."""
     need(dataset, "strain", "activity", "position")
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     names, first = [], 0
-    for strain in blocks(dataset["strain"].transpose("frame", "rod", "node", "axis"), "shapes"):
+    for strain in blocks(dataset["strain"].transpose("frame", "rod", "node", "strain_component"), "shapes"):
         frames = dataset.isel(frame=slice(first, first + len(strain)))
-        now = _snapshot(frames.assign(strain=(("frame", "rod", "node", "axis"), strain)))
+        now = _snapshot(frames.assign(strain=(("frame", "rod", "node", "strain_component"), strain)))
         names.append(np.select([holds(now) for holds in SHAPES.values()], list(SHAPES), ""))
         first += len(strain)
     found = described(dataset, FRAMES, np.concatenate(names), "1", "shape", "k on the beam modes, (4.35)")

@@ -1,10 +1,10 @@
 """How a swarm is spread: which distances rods keep, how far they move together, where they are dense.
 
-Distances are to the nearest image along axes with a period. The density that g(r) compares with is that of rods
-uniform in the box: the periodic one exactly, and along open axes the one that just holds the middle nodes, with
-the pairs that its edges cut off taken out. So g(r) = 1 for rods without order between walls, while a swarm that
-does not fill its box, or has round edges, shows that as g(r) > 1 at short distances. In a plane distances,
-areas and densities are those of the projection. Rods that failed are left out.
+Distances are to the nearest image along axes with a period. g(r) compares with rods spread uniformly in a box: the
+periodic box itself, and along open axes the one that just holds the middle nodes, corrected for the pairs that its
+edges cut off. So g(r) = 1 for rods without order between walls, while a swarm that does not fill its box, or has round
+edges, has g(r) > 1 at short distances. In a plane distances, areas and densities are those of the projection. Rods that
+failed are left out.
 """
 
 from __future__ import annotations
@@ -12,45 +12,46 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.measures import described
+from warp_rods.analysis.described import described
 from warp_rods.analysis.swarm.data import (
     Space,
     centres,
     middles,
     nodes_by_block,
     pairs_within,
-    patiently,
     rod_length,
-    sound,
     space,
+    surviving,
     velocities,
     weights,
     wrapped,
 )
+from warp_rods.progress import with_progress
 
 REACH = 3.0
-"""Rod lengths that correlations extend to, unless half the shortest side of the box is less."""
+"""Correlations extend over so many rod lengths, or half the shortest side of the box where that is less."""
 CELLS = {2: 64, 3: 24}
-"""Cells along an axis of a density map at most, in a plane and in space."""
+"""Largest number of cells along an axis of a density map, in a plane and in space."""
 _ABSOLUTE = {2: (2 / np.pi, 1 / np.pi), 3: (1 / 2, 2 / (3 * np.pi), 1 / (4 * np.pi))}
-"""⟨|u_1|⟩, ⟨|u_1 u_2|⟩, ⟨|u_1 u_2 u_3|⟩ of unit vectors u of any direction."""
+"""⟨|u_1|⟩, ⟨|u_1 u_2|⟩, ⟨|u_1 u_2 u_3|⟩ of unit vectors u of random direction."""
 
 
 def pair_correlation(
     dataset: xr.Dataset, reach: float | None = None, bins: int = 60, dimensions: int | None = None
 ) -> xr.DataArray:
-    """g(r) of the middle nodes (frame, r): pairs in a shell over those of uniform rods, its volume exact.
+    """Pair correlation g(r) of the middle nodes (frame, r).
 
-    ``bins`` of even width up to ``reach``, by default ``REACH`` rod lengths or half the shortest side. The
-    coordinate ``expected`` (frame, r) has the number of pairs of uniform rods; its inverse root is the error of
-    g(r) where rods are independent. Raises ValueError where ``reach`` is more than half the shortest side.
+    Pairs in a shell over those of uniformly spread rods, with the exact volume of the shell. ``bins`` of equal width up
+    to ``reach``, by default 3 rod lengths or half the shortest side of the box. The coordinate ``expected`` (frame, r)
+    is the number of pairs of uniformly spread rods; the error of g(r) of independent rods is one over its square root.
+    Raises ValueError where ``reach`` exceeds half the shortest side.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     where = space(dataset, dimensions)
     middle = middles(dataset)[..., where.axes]
     edges = _edges(dataset, middle, where, reach, bins)
     counts, expected = np.empty((2, len(middle), bins))
-    for frame in patiently(range(len(middle)), "pair correlation"):
+    for frame in with_progress(range(len(middle)), "pair correlation"):
         _, apart = pairs_within(middle[frame], where.period, edges[-1])
         counts[frame] = np.bincount(_bin_of(apart, edges), minlength=bins)
         expected[frame] = _uniform_pairs(middle[frame], where.period, edges)
@@ -61,17 +62,19 @@ def pair_correlation(
 def velocity_correlation(
     dataset: xr.Dataset, reach: float | None = None, bins: int = 30, dimensions: int | None = None
 ) -> xr.DataArray:
-    """C_v(r) = ⟨v_i·v_j⟩_r / ⟨v²⟩ of centres r apart (frame, r): 1 where they move as one, 0 where unrelated.
+    """Velocity correlation at a distance r (frame, r).
 
-    ``bins`` and ``reach`` as of ``pair_correlation``; NaN where no two rods are so far apart. A common drift
-    counts as moving together. Raises ValueError also where there are fewer than two frames.
+    C_v(r) = ⟨v_i·v_j⟩_r / ⟨v²⟩ of the centres: 1 where rods move as one, 0 where their motion is unrelated, NaN where
+    no two rods are so far apart. A common drift counts as moving together. ``bins`` and ``reach`` as for
+    ``pair_correlation``. Raises ValueError where ``reach`` exceeds half the shortest side, and where there are fewer
+    than two frames.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     where = space(dataset, dimensions)
     centre, velocity = centres(dataset)[..., where.axes], velocities(dataset)[..., where.axes]
     edges = _edges(dataset, centre, where, reach, bins)
     values = np.full((len(centre), bins), np.nan)
-    for frame in patiently(range(len(centre)), "velocity correlation"):
+    for frame in with_progress(range(len(centre)), "velocity correlation"):
         pairs, apart = pairs_within(centre[frame], where.period, edges[-1])
         at, v = _bin_of(apart, edges), velocity[frame]
         number = np.bincount(at, minlength=bins)
@@ -82,13 +85,14 @@ def velocity_correlation(
 
 
 def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int | None = None) -> xr.DataArray:
-    """Rods per area (frame, and two of x, y, z) or per volume (frame, x, y, z), wrapped into the box about the origin.
+    """Rods per area, or per volume (frame, and x, y, z or the two of the plane).
 
-    A rod counts where its nodes are, each by its share of the length: the sum over cells times their size is the
-    number of rods, and length per area is this times the length of a rod. Along open axes the map holds all
-    nodes of all frames. ``cell``: side of a cell at most, by default half a rod length or what ``CELLS`` allows.
+    A rod counts where its nodes are, each node by its share of the length: the sum over the cells times their size is
+    the number of rods. Wrapped into the box, which is centred on the origin; along open axes the map holds all nodes of
+    all frames. ``cell``: largest side of a cell, by default half a rod length, but at most 64 cells along an axis in a
+    plane and 24 in space.
     """
-    dataset = sound(dataset)
+    dataset = surviving(dataset)
     where = space(dataset, dimensions)
     edges = _grid(dataset, where, cell)
     share = np.tile(weights(dataset.sizes["node"]), dataset.sizes["rod"])
@@ -106,7 +110,7 @@ def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int 
 
 
 def _sides(points: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Sides of the box [axis] of points [point, axis]: of N uniform ones the extent is (N − 1)/(N + 1) of it."""
+    """Sides of the box of points [point, axis]: the extent of N uniform points is (N − 1)/(N + 1) of it [axis]."""
     number = len(points)
     return np.where(np.isfinite(period), period, np.ptp(points, axis=0) * (number + 1) / max(number - 1, 1))
 
@@ -118,21 +122,21 @@ def _edges(dataset: xr.Dataset, points: np.ndarray, where: Space, reach: float |
         raise ValueError(f"reach = {reach:g} is more than {half:g}, half the shortest side of the box")
     far = min(REACH * rod_length(dataset), half) if reach is None else reach
     if not far > 0:
-        raise ValueError("the rods are all at one place: distances need two or more, apart")
+        raise ValueError("one rod, or all at one place: correlations need two or more that are apart")
     return np.linspace(0, far, bins + 1)
 
 
 def _bin_of(apart: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """The bin of even width that each separation [pair, axis] is in; the largest distance is in the last one."""
+    """The bin of each separation [pair, axis], for bins of equal width; the largest distance is in the last one."""
     distance = np.sqrt(np.einsum("px,px->p", apart, apart))
     return np.minimum((distance * ((len(edges) - 1) / edges[-1])).astype(int), len(edges) - 2)
 
 
 def _uniform_pairs(points: np.ndarray, period: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """How many pairs of N uniform points are as far apart as each bin says [bin].
+    """Number of pairs of N uniform points whose distance is in each bin [bin].
 
-    Both ends of a separation r u are in a box with open sides L_i for a share Π(1 − r|u_i|/L_i) of it: a polynomial
-    in r once it is averaged over directions u, integrated here over the shell.
+    Of the points of a box with open sides L_i a share Π(1 − r|u_i|/L_i) has its partner at a separation r u in the box
+    too: a polynomial in r once averaged over the directions u, integrated here over the shell.
     """
     d, number, sides = points.shape[1], len(points), _sides(points, period)
     opened = 1 / sides[~np.isfinite(period)]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from warp_rods.draw.usd.look import energy_colours
+from warp_rods.progress import with_progress
 
 _SAMPLED_FRAMES = 100
-_SECONDS_BEFORE_PROGRESS = 2.0
 
 
 def draw_rods(
@@ -37,7 +36,7 @@ def draw_rods(
     curves.SetWidthsInterpolation(UsdGeom.Tokens.constant)
     colour = curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
     boxes, points = [], np.zeros((rods, nodes, 3), np.float32)
-    for frame in with_progress(data.sizes["frame"], f"USD: {name}"):
+    for frame in with_progress(range(data.sizes["frame"]), f"USD: {name}"):
         now = data.isel(frame=frame)
         position, density = seen(now.position.values), now.energy_density.values
         sound = np.isfinite(position).all(axis=(1, 2), keepdims=True)
@@ -81,19 +80,3 @@ def bind(prim: Any, look: Any) -> None:
 def sampled(values: xr.DataArray) -> xr.DataArray:
     """A variable at evenly spread frames, not many: enough for a range that holds for the whole run."""
     return values.isel(frame=slice(None, None, -(-values.sizes["frame"] // _SAMPLED_FRAMES)))
-
-
-def with_progress(count: int, label: str) -> Iterator[int]:
-    """Counts, and shows a bar once it has taken long enough to wonder."""
-    from rich.progress import Progress
-
-    progress, started = Progress(transient=True), time.monotonic()
-    task = progress.add_task(label, total=count)
-    try:
-        for item in range(count):
-            yield item
-            progress.advance(task)
-            if time.monotonic() - started > _SECONDS_BEFORE_PROGRESS:
-                progress.start()
-    finally:
-        progress.stop()

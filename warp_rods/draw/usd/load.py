@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods.draw.usd.curves import linear_curves, sampled, set_points, with_progress
+from warp_rods.draw.usd.curves import linear_curves, sampled, set_points
+from warp_rods.progress import with_progress
 
 _SPACING = 8  # nodes from arrow to arrow, about; they double the file if there is one a node or two
 _QUANTILE, _SHARE = 0.95, 0.08  # the arrow of this quantile of |load| is so long, in sizes of the membrane
@@ -61,7 +62,7 @@ def _draw_load(stage: Any, name: str, data: xr.Dataset, typical: float, length: 
     arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", length / typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
     base, load = np.zeros((2, rods, len(nodes), 3))
-    for frame in with_progress(data.sizes["frame"], f"USD: load of {name}"):
+    for frame in with_progress(range(data.sizes["frame"]), f"USD: load of {name}"):
         now = data.isel(frame=frame)
         position, force = now.position.values[:, nodes], now["load"].values[:, nodes]
         sound = np.isfinite(position + force).all(axis=(1, 2), keepdims=True)

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.draw.usd.curves import bind, with_progress
+from warp_rods.draw.usd.curves import bind
 from warp_rods.membranes.mesh import Curvatures, Mesh, curvatures, follow, triangulate
 from warp_rods.membranes.surfaces import Surface
+from warp_rods.progress import with_progress
 
 _CELLS, _CELLS_MOVING = 96, 48
 """Of the mesh along the longest edge of its box; a moving one is stored at every frame."""
@@ -37,8 +38,8 @@ def draw_membrane(
         _set(prim, mesh, curvatures(surface, mesh.points))
         return mesh.points
     boxes, lost = [], 0
-    for frame in with_progress(len(times), "USD: membrane"):
-        now = surface.at(float(times[frame]))
+    for frame, time in enumerate(with_progress(times.tolist(), "USD: membrane")):
+        now = surface.at(time)
         mesh, missed = follow(mesh, now)
         lost = max(lost, missed)
         _set(prim, mesh, curvatures(now, mesh.points), frame)

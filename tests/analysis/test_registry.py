@@ -1,0 +1,206 @@
+"""The table of measures: what it says is so, and everything in it is taken by one function with one signature."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import warp_rods as wr
+from warp_rods.analysis.described import described
+from warp_rods.analysis.listing import MEMBRANE, Measure
+from warp_rods.analysis.registry import MEASURES
+from warp_rods.errors import RunFolderError
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import runner
+
+PLACES = {"position": [[0, 0, 0], [0.1, 0.2, 0.1], [1, 1, 1]]}
+SWIMMER = {"count": 3, "nodes": 17, "twist": 1e-3, "moment": 2e-3, "placement": PLACES}
+FILAMENT = {"count": 3, "nodes": 9, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+SCENE = {
+    "surface": {"kind": "torus", "major": 1.0, "minor": 0.4},
+    "swimmers": [{"name": "soft", "bend": 1e-3, **SWIMMER}, {"name": "stiff", "bend": 1e-2, **SWIMMER}],
+    "filaments": [{"name": "sensors", **FILAMENT}],
+    "time": {"end": 0.12, "step": 1e-3, "save_every": 0.01},
+}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> xr.DataTree:
+    return runner.run(Scene.parse(SCENE), tmp_path_factory.mktemp("run") / "mixed", device="cpu").data.load()
+
+
+@pytest.fixture(params=["soft", "sensors"])
+def group(run, request) -> xr.Dataset:
+    return run[request.param].to_dataset()
+
+
+def test_every_measure_is_of_some_group(run):
+    assert {name for group in ("soft", "sensors") for name in wr.measures(run[group])} == set(MEASURES)
+    assert {row.of for row in wr.measures(run["soft"]).values()} == {"rods", "swimmers", "swarm"}
+    assert {row.of for row in wr.measures(run["sensors"]).values()} == {"rods", "filaments", "swarm"}
+
+
+def test_units_and_descriptions_are_as_the_table_says(group):
+    for name, row in wr.measures(group).items():
+        found = wr.measure(group, name)
+        first = next(iter(found.values()))
+        allowed = ("1/length^2", "1/length^3") if row.units == "1/length^d" else (row.units,)
+        assert first.attrs["units"] in allowed, name
+        for variable in found.values():
+            assert variable.attrs.keys() >= {"units", "long_name", "source"}, name
+            assert variable.attrs["measure"] == name
+        assert 8 < len(row.description) < 60 and not row.description.endswith((".", ")")), name
+
+
+def test_needs_are_what_is_needed(group):
+    """Without any other variable a measure can be taken; without any one of these it says which is missing."""
+    for name, row in wr.measures(group).items():
+        needs = [need for need in row.needs if need != MEMBRANE]
+        assert wr.measure(group[needs], name)
+        for need in needs:
+            with pytest.raises(ValueError, match=rf"{name}: the group has no {need}; it has "):
+                wr.measure(group.drop_vars(need), name)
+            assert name not in wr.measures(group.drop_vars(need))
+
+
+def test_all_at_once_are_as_one_by_one(group):
+    names = list(wr.measures(group))
+    together = wr.measure(group, *names)
+    for name in names:
+        for variable, alone in wr.measure(group, name).items():
+            both = together[variable].dropna("r", how="all") if "r" in alone.dims else together[variable]
+            assert both.attrs == alone.attrs
+            np.testing.assert_array_equal(both, alone.dropna("r", how="all") if "r" in alone.dims else alone)
+
+
+def test_options_go_to_the_measures_that_accept_them(run):
+    soft = run["soft"]
+    found = wr.measure(soft, "speed", "writhe", "mode_coefficients", since=0.05, count=2)
+    assert found.sizes["mode"] == 2
+    late = wr.measure(soft.to_dataset().isel(frame=slice(5, None)), "speed")
+    np.testing.assert_array_equal(found.speed, late.speed)
+    with pytest.raises(
+        ValueError, match=r"sinc: not an option of speed, writhe.*speed takes since, until; writhe takes none"
+    ):
+        wr.measure(soft, "speed", "writhe", sinc=0.05)
+    with pytest.raises(ValueError, match="surface: not an option of settling_time"):
+        wr.measure(run["sensors"], "settling_time", surface=None)
+
+
+def test_a_run_is_a_swarm_of_all_its_swimmers(run):
+    whole = wr.measure(run, "polar_order", "crossings")
+    xr.testing.assert_identical(whole, wr.measure(wr.swarm.together(run), "polar_order", "crossings"))
+    assert whole.polar_order.attrs["isotropic"] == pytest.approx(1 / np.sqrt(6))
+    assert {row.of for row in wr.measures(run).values()} == {"swarm"}
+    one = xr.DataTree.from_dict({"stiff": run["stiff"].to_dataset()})
+    xr.testing.assert_identical(wr.measure(one, "speed"), wr.measure(run["stiff"], "speed"))
+    with pytest.raises(
+        ValueError, match=r"speed: a measure of one ensemble: give run\['sensors'\] or another of soft, stiff"
+    ):
+        wr.measure(run, "polar_order", "speed")
+    filaments = xr.DataTree.from_dict({"a": run["sensors"].to_dataset(), "b": run["sensors"].to_dataset()})
+    with pytest.raises(ValueError, match="polar_order: no swimmers: the run has a, b"):
+        wr.measure(filaments, "polar_order")
+
+
+def test_the_membrane_is_found(run):
+    sensors = run["sensors"].to_dataset()
+    found = wr.measure(sensors, "enrichment", "settling_time")
+    torus = wr.surfaces.make("torus", {"major": 1.0, "minor": 0.4})
+    xr.testing.assert_identical(found, wr.measure(sensors, "enrichment", "settling_time", surface=torus))
+    xr.testing.assert_identical(found, wr.sensing.measure(sensors, torus, "enrichment", "settling_time"))
+    assert wr.sensing.membrane_of(sensors).values == torus.values == wr.sensing.membrane_of(run).values
+    thin = wr.measure(sensors, "enrichment", surface=wr.surfaces.make("torus", {"major": 1.0, "minor": 0.1}))
+    assert not np.allclose(thin.area_share, found.area_share)
+    moving = sensors.assign_attrs(scene=sensors.attrs["scene"].replace("minor = 0.4", 'minor = "0.4 + t"'))
+    with pytest.raises(ValueError, match=r"this membrane moves: give surface\.at\(t\)"):
+        wr.measure(moving, "enrichment")
+    still = wr.measure(moving, "enrichment", surface=wr.sensing.membrane_of(moving).at(0.0))
+    np.testing.assert_allclose(still.area_share, found.area_share)
+
+
+def test_without_a_membrane(run):
+    sensors = run["sensors"].to_dataset().drop_attrs()
+    assert "enrichment" not in wr.measures(sensors) and "settling_time" in wr.measures(sensors)
+    with pytest.raises(ValueError, match=r"enrichment: needs the membrane, .* give surface="):
+        wr.measure(sensors, "enrichment")
+    with pytest.raises(ValueError, match="open the run with open_run"):
+        wr.sensing.membrane_of(sensors)
+    bare = sensors.assign_attrs(
+        scene=Scene.parse({k: v for k, v in SCENE.items() if k in ("swimmers", "time")}).to_toml()
+    )
+    assert "enrichment" not in wr.measures(bare)
+    with pytest.raises(RunFolderError, match=r"no \[surface\]"):
+        wr.sensing.membrane_of(bare)
+
+
+def test_mistakes_are_named(run):
+    with pytest.raises(
+        ValueError, match=r"no measure called wirthe \(did you mean writhe\?\): there are mode_coefficients, "
+    ):
+        wr.measure(run["soft"], "wirthe")
+    with pytest.raises(ValueError, match=r"measures\(data\) lists"):
+        wr.measure(run["soft"])
+    with pytest.raises(ValueError, match="data: str; give one ensemble or a run"):
+        wr.measure("runs/proteins", "speed")
+    with pytest.raises(ValueError, match="settling_time: a measure of filaments, and these are swimmers"):
+        wr.measure(run["soft"], "settling_time")
+
+
+def test_the_table_is_printed(monkeypatch):
+    for columns in (60, 80, 100, 120, 200):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        lines = repr(wr.measures()).splitlines()
+        assert max(map(len, lines)) <= max(columns, 80)
+        assert [line for line in lines if not line.startswith(" ")][1:] == [
+            "rods of any kind", "swimmers", "filaments", "all rods together"
+        ]  # fmt: skip
+        text = " ".join(" ".join(lines).split())
+        assert all(name in text and row.units in text for name, row in MEASURES.items())
+    assert any(
+        re.fullmatch(r"  speed +length/time +Swimming speed from start to end +position", line) for line in lines
+    )
+    markup = wr.measures()._repr_html_()
+    assert markup.count("<tr>") == len(MEASURES) + 1 and "force*length" in markup
+
+
+def test_a_measure_of_ones_own(run, monkeypatch):
+    def reach(dataset: xr.Dataset, node: int = -1) -> xr.DataArray:
+        """Largest coordinate of a node (frame, rod)."""
+        values = abs(dataset["position"].isel(node=node)).max("axis")
+        return described(dataset, ("frame", "rod"), values.to_numpy(), "length", "reach", "max |r_i|")
+
+    monkeypatch.setitem(MEASURES, "reach", Measure(reach, "rods", "length", ("position",)))
+    assert "Largest coordinate of a node" in repr(wr.measures())
+    found = wr.measure(run["soft"], "reach", node=0)
+    np.testing.assert_array_equal(found.reach, abs(run["soft"].position[:, :, 0]).max("axis"))
+
+
+def test_rods_that_failed_are_missing_where_a_measure_leaves_them_out(run):
+    """The others keep their numbers, whichever measures are taken together."""
+    soft = run["soft"].to_dataset()
+    status = soft.status.copy(deep=True)
+    status[4:, 1] = 1
+    found = wr.measure(soft.assign(status=status), "local_polar_order", "writhe")
+    assert found.rod.values.tolist() == [0, 1, 2]
+    assert found.local_polar_order.isnull().all("frame").values.tolist() == [False, True, False]
+    np.testing.assert_array_equal(found.writhe, wr.measure(soft, "writhe").writhe)
+
+
+def test_earlier_names_are_views_of_the_table(run):
+    tables = (wr.diagnostics.MEASURES, wr.sensing.MEASURES, wr.swarm.MEASURES)
+    kymographs = {"energy_terms", "energy_per_length", "dissipation_peaks"}
+    assert set().union(*tables) | kymographs == set(MEASURES)
+    soft, sensors = run["soft"].to_dataset(), run["sensors"].to_dataset()
+    for name, function in {**wr.diagnostics.MEASURES, **wr.swarm.MEASURES}.items():
+        assert function is MEASURES[name].function
+    np.testing.assert_array_equal(
+        wr.diagnostics.measure(soft, "writhe").writhe, wr.diagnostics.MEASURES["writhe"](soft)
+    )
+    torus = wr.sensing.membrane_of(run)
+    for name, function in wr.sensing.MEASURES.items():
+        xr.testing.assert_identical(function(sensors, torus), wr.measure(sensors, name))
+    for name in kymographs:
+        found = getattr(wr.kymograph, name)(sensors)
+        assert set(found.data_vars) == set(wr.measure(sensors, name).data_vars)

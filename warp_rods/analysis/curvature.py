@@ -1,0 +1,90 @@
+"""Where filaments gather: Gaussian curvature under their midpoints, against that of the whole membrane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis.bootstrap import bootstrap
+from warp_rods.analysis.described import attributes, need
+from warp_rods.membranes.mesh import area_below, area_mean, curvatures, triangulate
+from warp_rods.membranes.surfaces import Surface
+
+FLAT = 1e-9
+"""A 𝒦 of less than this share of the largest squared principal curvature counts as zero."""
+_GAUSS = {"units": "1/length^2", "source": "K11 K22 − K12²"}
+
+
+def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence[float] = 21) -> xr.Dataset:
+    """Histogram of 𝒦 under the midpoints, and of the area (frame, bin).
+
+    ``gauss_share(frame, bin)`` of the filaments and ``gauss_area_share(bin)`` of the area, in bins from
+    ``gauss_low(bin)`` to ``gauss_high(bin)``; and the means ``gauss_mean(frame)`` and ``gauss_area_mean``. ``bins``:
+    their number, over all curvatures that occur, or their edges (1/length²); where edges leave values out the shares
+    add up to less than one. Failed rods are left out. Raises ValueError for a moving membrane: give ``surface.at(t)``.
+    """
+    need(data, "gauss", "status")
+    _at_rest(surface)
+    mesh = triangulate(surface)
+    over_area, sampled = curvatures(surface, mesh.points).gaussian, _gauss(data)
+    edges = _edges(np.concatenate([over_area, sampled.values[np.isfinite(sampled.values)]]), bins)
+    counts = np.array([np.histogram(now[np.isfinite(now)], edges)[0] for now in sampled.values])
+    whole = np.isfinite(sampled.values).sum(axis=1, keepdims=True)
+    shares = np.divide(counts, whole, out=np.full(counts.shape, np.nan), where=whole > 0)
+    area = np.diff(area_below(mesh, over_area, edges))
+    source = "midpoints in a bin over all; area in a bin over all"
+    variables = {
+        "gauss_share": (("frame", "bin"), shares, attributes("1", "share of the filaments", source)),
+        "gauss_area_share": ("bin", area, attributes("1", "share of the area", source)),
+        "gauss_mean": sampled.mean("rod").assign_attrs(_GAUSS, long_name="mean 𝒦 at the midpoints"),
+        "gauss_area_mean": ((), area_mean(mesh, over_area), {**_GAUSS, "long_name": "mean 𝒦 of the area"}),
+    }
+    limits = {"gauss_low": edges[:-1], "gauss_high": edges[1:]}
+    ends = {name: ("bin", at, {**_GAUSS, "long_name": "Gaussian curvature 𝒦"}) for name, at in limits.items()}
+    return xr.Dataset(variables, coords={"time": data.time, **ends})
+
+
+def enrichment(data: xr.Dataset, surface: Surface) -> xr.Dataset:
+    """Density at 𝒦 > 0 and at 𝒦 < 0 over a uniform one (frame, side).
+
+    ``enrichment(frame, side)`` is the share of the midpoints on a side over the side's share of the area,
+    ``area_share(side)``; NaN where that is zero. ``enrichment_low`` and ``enrichment_high`` are its bootstrap interval,
+    which has no width where all filaments are on one side. Failed rods are left out. Raises ValueError for a moving
+    membrane: give ``surface.at(t)``.
+    """
+    need(data, "gauss", "status")
+    _at_rest(surface)
+    mesh = triangulate(surface)
+    over_area, gauss = curvatures(surface, mesh.points), _gauss(data)
+    zero = FLAT * float(np.max(over_area.principal**2))
+    below, above = area_below(mesh, over_area.gaussian, np.array([-zero, zero]))
+    sides = {"side": ["positive", "negative"]}
+    area = xr.DataArray([1 - above, below], sides, attrs=attributes("1", "share of the area", "area of a side"))
+    there = xr.concat([gauss > zero, gauss < -zero], area.side).where(gauss.notnull())
+    found = bootstrap(there / area.where(area > 0), np.nanmean)
+    labels = {"value": "", "low": ", lower bound", "high": ", upper bound"}
+    names = {"value": "enrichment", "low": "enrichment_low", "high": "enrichment_high"}
+    for key, label in labels.items():
+        long_name = f"density of filaments over a uniform one{label}"
+        found[key].attrs = attributes("1", long_name, "share of the midpoints over share of the area")
+    return found.rename(names).transpose("frame", "side").assign(area_share=area)
+
+
+def _at_rest(surface: Surface) -> None:
+    """Raises ValueError for a moving membrane, whose area differs from frame to frame."""
+    if surface.moving:
+        raise ValueError("this membrane moves: give surface.at(t), and the frames of that time")
+
+
+def _gauss(data: xr.Dataset) -> xr.DataArray:
+    """𝒦 at the midpoints [frame, rod], NaN for failed rods."""
+    return data.gauss.where(data.status == 0)
+
+
+def _edges(gauss: np.ndarray, bins: int | Sequence[float]) -> np.ndarray:
+    """Edges of bins that hold all values; a 𝒦 that is constant to round-off falls into the middle one."""
+    low, high = gauss.min(), gauss.max()
+    slack = 1e-6 * max(abs(low), abs(high))
+    return np.histogram_bin_edges(gauss, bins, (low - slack, high + slack))

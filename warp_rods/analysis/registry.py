@@ -1,0 +1,176 @@
+"""Every measure by its name, and ``measure``, which takes any of them from a group or a whole run.
+
+To add one, write a function of a group that returns a DataArray with units, long_name and source
+(``described.described``), or a Dataset of several, and give it a row of ``MEASURES``; the first line of its docstring
+describes it. A row of ``warp_rods.draw.measured.PLOTS`` gives it a plot. Your own script can add rows to both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.analysis import balance, crossings, curvature, kymograph, motion, motion_class, settling, shape
+from warp_rods.analysis.listing import MEMBRANE, Measure, Measures
+from warp_rods.analysis.membrane import has_membrane, membrane_of
+from warp_rods.analysis.swarm import motion as swarm_motion
+from warp_rods.analysis.swarm import order, shapes, space
+from warp_rods.analysis.swarm.data import swimmers_of, together
+from warp_rods.membranes.surfaces import Surface
+
+__all__ = ["MEASURES", "Measure", "Measures", "measure", "measures"]
+
+_ENERGIES = ("activity", "strain", "energy_density")
+_GAUSS = ("gauss", "status", MEMBRANE)
+_RELAXATION = ("energy", "steric_energy", "dissipation", "status")
+
+MEASURES = Measures(
+    {
+        "mode_coefficients": Measure(shape.mode_coefficients, "rods", "1/length", ("strain",)),
+        "twist_harmonics": Measure(shape.twist_harmonics, "rods", "1/length", ("strain",)),
+        "total_twist": Measure(shape.total_twist, "rods", "1", ("strain",)),
+        "writhe": Measure(shape.writhe, "rods", "1", ("position",)),
+        "speed": Measure(motion.speed, "rods", "length/time", ("position",)),
+        "instantaneous_speed": Measure(motion.instantaneous_speed, "rods", "length/time", ("position",)),
+        "energy_balance": Measure(balance.energy_balance, "rods", "1", ("energy", "dissipation")),
+        "arc_length": Measure(balance.arc_length, "rods", "1", ("position", "strain")),
+        "orthonormality": Measure(balance.orthonormality, "rods", "1", ("orientation",)),
+        "bending_energy": Measure(balance.bending_energy, "swimmers", "force*length", _ENERGIES),
+        "twist_energy": Measure(balance.twist_energy, "swimmers", "force*length", _ENERGIES),
+        "period": Measure(motion_class.period, "swimmers", "time", ("activity", "strain")),
+        "shape_class": Measure(motion_class.shape_class, "swimmers", "1", ("activity", "strain", "status")),
+        "curvature_histogram": Measure(curvature.curvature_histogram, "filaments", "1", _GAUSS),
+        "enrichment": Measure(curvature.enrichment, "filaments", "1", _GAUSS),
+        "settling_time": Measure(settling.settling_time, "filaments", "time", ("position", "length", "status")),
+        "relaxation_time": Measure(settling.relaxation_time, "filaments", "time", _RELAXATION),
+        "energy_terms": Measure(
+            kymograph.energy_terms, "filaments", "force", ("stiffness", "intrinsic", "strain", "length")
+        ),
+        "energy_per_length": Measure(
+            kymograph.energy_per_length, "filaments", "force", ("energy", "steric_energy", "length")
+        ),
+        "dissipation_peaks": Measure(kymograph.dissipation_peaks, "filaments", "1", ("dissipation", "length")),
+        "polar_order": Measure(order.polar_order, "swarm", "1", ("position",)),
+        "nematic_order": Measure(order.nematic_order, "swarm", "1", ("position",)),
+        "motion_order": Measure(order.motion_order, "swarm", "1", ("position",)),
+        "local_polar_order": Measure(order.local_polar_order, "swarm", "1", ("position",)),
+        "local_nematic_order": Measure(order.local_nematic_order, "swarm", "1", ("position",)),
+        "mean_speed": Measure(swarm_motion.mean_speed, "swarm", "length/time", ("position",)),
+        "speed_distribution": Measure(swarm_motion.speed_distribution, "swarm", "time/length", ("position",)),
+        "mean_square_displacement": Measure(swarm_motion.mean_square_displacement, "swarm", "length^2", ("position",)),
+        "displacement_exponent": Measure(swarm_motion.displacement_exponent, "swarm", "1", ("position",)),
+        "pair_correlation": Measure(space.pair_correlation, "swarm", "1", ("position",)),
+        "velocity_correlation": Measure(space.velocity_correlation, "swarm", "1", ("position",)),
+        "density_map": Measure(space.density_map, "swarm", "1/length^d", ("position",)),
+        "shape_shares": Measure(shapes.shape_shares, "swarm", "1", ("activity", "strain", "position")),
+        "crossings": Measure(crossings.crossings_per_frame, "swarm", "1", ("position",)),
+    }
+)
+"""Every measure: its function, what it is of, the units of its values, and what it needs."""
+
+
+def measures(data: xr.Dataset | xr.DataTree | None = None) -> Measures:
+    """The table of measures, with their units and what they need; given data, of those whose needs the data meet.
+
+    ``help(wr.measures()["speed"].function)`` explains one and its options.
+    """
+    if data is None:
+        return Measures(MEASURES)
+    return Measures({name: row for name, row in MEASURES.items() if not _obstacle(name, row, data)})
+
+
+def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.Dataset:
+    """The measures of these names in one Dataset; ``measures()`` lists them.
+
+    ``data``: one ensemble, ``open_run(folder)[name]``, or a whole run. Measures of swarms take all swimmers of a run
+    together; the others take one ensemble. An option goes to every measure here that accepts it. Measures that need the
+    membrane find it in the scene of the run; ``surface=`` gives another, such as ``surface.at(t)`` of one that moves.
+    Raises ValueError for an unknown name or option, for a run where one ensemble is needed, and where the data lack
+    what a measure needs.
+    """
+    return take(MEASURES, data, names, options)
+
+
+def take(
+    table: Mapping[str, Measure], data: xr.Dataset | xr.DataTree, names: Sequence[str], options: Mapping[str, Any]
+) -> xr.Dataset:
+    """The measures of these names in a table, as ``measure`` takes them."""
+    if not names:
+        raise ValueError("no measure is named: measures(data) lists those that there are for these data")
+    rows = {name: named(table, name) for name in names}
+    _check_options(rows, options)
+    for name, row in rows.items():
+        if obstacle := _obstacle(name, row, data, options.get("surface")):
+            raise ValueError(obstacle)
+    found = [_taken(name, row, data, options) for name, row in rows.items()]
+    return xr.merge(found, join="outer", compat="no_conflicts")
+
+
+def named(table: Mapping[str, Measure], name: str) -> Measure:
+    """The row of this name; raises ValueError with the nearest name and all that there are where it is not known."""
+    if name not in table:
+        near = get_close_matches(str(name), table, 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise ValueError(f"no measure called {name}{hint}: there are {', '.join(table)}")
+    return table[name]
+
+
+def _check_options(rows: Mapping[str, Measure], options: Mapping[str, Any]) -> None:
+    """Raises ValueError where no measure takes an option."""
+    accepted = {name: row.options for name, row in rows.items()}
+    for option in options:
+        if not any(option in own for own in accepted.values()):
+            allowed = "; ".join(f"{name} takes {', '.join(own) or 'none'}" for name, own in accepted.items())
+            raise ValueError(f"{option}: not an option of {', '.join(rows)}. Options: {allowed}")
+
+
+def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None) -> str:
+    """Why a measure cannot be taken of these data; empty where it can."""
+    if not isinstance(data, (xr.Dataset, xr.DataTree)):
+        return f"data: {type(data).__name__}; give one ensemble or a run as open_run reads it"
+    try:
+        groups = _groups(row, data)
+    except ValueError as error:
+        return f"{name}: {error}"
+    for group in groups:
+        if lacking := [need for need in row.needs if need not in group and need != MEMBRANE]:
+            return f"{name}: the group has no {', '.join(lacking)}; it has {', '.join(sorted(map(str, group)))}"
+        if row.of == "filaments" and "activity" in group:
+            return f"{name}: a measure of filaments, and these are swimmers"
+        if row.needs_membrane and surface is None and not has_membrane(group):
+            return f"{name}: needs the membrane, and the scene of these data has none; give surface="
+    return ""
+
+
+def _groups(row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
+    """The ensembles to be measured: several only for a swarm. Raises ValueError where one of a run must be chosen."""
+    if isinstance(data, xr.Dataset):
+        return [data]
+    if len(data.children) < 2:
+        return [next(iter(data.children.values()), data).to_dataset()]
+    if row.of == "swarm":
+        return [data[name].to_dataset() for name in swimmers_of(data)]
+    first, *others = data.children
+    raise ValueError(f"a measure of one ensemble: give run[{first!r}] or another of {', '.join(others)}")
+
+
+def _taken(name: str, row: Measure, data: xr.Dataset | xr.DataTree, options: Mapping[str, Any]) -> xr.Dataset:
+    """One measure as a Dataset whose variables say, by the attribute ``measure``, which one they are of."""
+    groups = _groups(row, data)
+    if len(groups) > 1:
+        assert isinstance(data, xr.DataTree)
+        group = together(data)
+    else:
+        (group,) = groups
+    own = {key: value for key, value in options.items() if key in row.options and key != "surface"}
+    surface = options.get("surface")
+    needed = [membrane_of(group) if surface is None else surface] if row.needs_membrane else []
+    found = row.function(group, *needed, **own)
+    found = found.to_dataset(name=name) if isinstance(found, xr.DataArray) else found
+    if "rod" in found.dims and "rod" not in found.coords:
+        found = found.assign_coords(rod=np.arange(found.sizes["rod"]))  # where some failed, others have numbers
+    return found.assign({key: found[key].assign_attrs(measure=name) for key in found.data_vars})

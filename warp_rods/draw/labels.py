@@ -1,0 +1,53 @@
+"""Labels, axes and bins that plots of measures have in common."""
+
+from __future__ import annotations
+
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.draw.style import OKABE_ITO
+
+BLUE, ORANGE = OKABE_ITO[:2]
+GUIDE: dict[str, Any] = {"color": "0.5", "linewidth": 0.8, "linestyle": "--"}
+BAND: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
+
+
+def label(measured: xr.DataArray) -> str:
+    """Its long name and units, on two lines where that is long."""
+    units = str(measured.attrs.get("units", "1")).replace("^2", "²").replace("^3", "³").replace("*", "·")
+    return fill(str(measured.attrs["long_name"]) + (f" ({units})" if units not in ("", "1") else ""), 38)
+
+
+def times(axes: Any, measured: xr.DataArray | xr.Dataset) -> np.ndarray:
+    """The times of the frames [frame]; the horizontal axis is that of time."""
+    axes.set_xlabel("time")
+    return measured["time"].to_numpy()
+
+
+def bin_edges(middles: np.ndarray) -> np.ndarray:
+    """Edges of bins of equal width with these middles."""
+    half = (middles[1] - middles[0]) / 2 if len(middles) > 1 else 0.5
+    return np.append(middles - half, middles[-1] + half)
+
+
+def plain_numbers(axis: Any) -> None:
+    """A few plain numbers on a logarithmic axis, even where it spans less than a decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300 * low else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def panels(axes: Any, rows: int) -> list[Any]:
+    """Panels above each other in the place of these axes, which make the figure higher than one alone."""
+    if rows == 1:
+        return [axes]
+    place = axes.get_subplotspec()
+    axes.figure.set_figheight(axes.figure.get_figheight() * (1 + 0.35 * (rows - 1)))
+    axes.remove()
+    return list(place.subgridspec(rows, 1).subplots(sharex=True))

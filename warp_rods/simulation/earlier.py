@@ -1,0 +1,16 @@
+"""Trajectories of earlier versions: their strains shared the dim ``axis`` with x, y, z, and no dim had labels."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from warp_rods.rods.variables import FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
+
+
+def labelled(dataset: xr.Dataset) -> xr.Dataset:
+    """A group with the dims and labels that it would be written with today, still read lazily."""
+    today = STATIC | (SWIMMER_VARIABLES if "activity" in dataset else FILAMENT_VARIABLES)
+    vectors = {name: today[name] for name in map(str, dataset.data_vars) if name in today and today[name].components}
+    strains = [name for name, variable in vectors.items() if "strain_component" in variable.dims]
+    dataset = dataset.assign({name: dataset[name].rename(axis="strain_component") for name in strains})
+    return dataset.assign_coords({v.dims[-1]: list(v.components) for v in vectors.values()})

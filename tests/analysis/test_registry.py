@@ -27,7 +27,7 @@ SCENE = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> xr.DataTree:
-    return runner.run(Scene.parse(SCENE), tmp_path_factory.mktemp("run") / "mixed", device="cpu").data.load()
+    return runner.simulate(Scene.parse(SCENE), tmp_path_factory.mktemp("run") / "mixed", device="cpu").data.load()
 
 
 @pytest.fixture(params=["soft", "sensors"])

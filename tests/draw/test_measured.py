@@ -28,7 +28,7 @@ SCENE = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> xr.DataTree:
-    return runner.run(Scene.parse(SCENE), tmp_path_factory.mktemp("run") / "mixed", device="cpu").data.load()
+    return runner.simulate(Scene.parse(SCENE), tmp_path_factory.mktemp("run") / "mixed", device="cpu").data.load()
 
 
 def test_every_measure_has_a_plot():

@@ -35,7 +35,19 @@ def bound(device, **given) -> Ensemble:
 
 KINDS = {"free": free, "bound": bound}
 FORCE = np.array([0.3, -0.2, 0.1])
-READINGS = ("position", "orientation", "strain", "tension", "energy", "energy_density", "dissipation", "status")
+READINGS = (
+    *("position", "orientation", "strain", "tension", "energy", "energy_density", "dissipation", "power", "status"),
+)
+    "position",
+    "orientation",
+    "strain",
+    "tension",
+    "energy",
+    "energy_density",
+    "dissipation",
+    "power",
+    "status",
+)
 
 
 @pytest.fixture(params=KINDS)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
+
+from warp_rods.rods.status import Status
 
 
 @dataclass(frozen=True)
@@ -11,7 +14,7 @@ class Variable:
 
     ``dims`` are of ``frame``, ``rod`` and ``node``, and a last one with names, ``components``: ``axis`` (x, y, z),
     ``strain_component`` or ``quaternion``. ``units`` are in the scene's own units of length, force and time;
-    ``source`` is the equation, by its number in the dissertation.
+    ``source`` is the equation, by its number in the dissertation. ``flags``: values and their meanings.
     """
 
     dims: tuple[str, ...]
@@ -20,6 +23,16 @@ class Variable:
     long_name: str
     source: str
     components: tuple[str, ...] = ()
+    flags: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the store says of it, in CF's words."""
+        found: dict[str, Any] = {"units": self.units, "long_name": self.long_name, "source": self.source}
+        if self.flags:
+            found["flag_values"] = [value for value, _ in self.flags]
+            found["flag_meanings"] = " ".join(meaning for _, meaning in self.flags)
+        return {key: value for key, value in found.items() if value}
 
 
 AXES = ("x", "y", "z")
@@ -33,8 +46,8 @@ _QUATERNION = ("frame", "rod", "node", "quaternion")
 TIME = Variable(("frame",), "float64", "time", "time", "")
 STATIC = {
     "length": Variable(("rod",), "float64", "length", "length of the rod", ""),
-    "bend": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
-    "twist": Variable(("rod",), "float64", "1", "twisting stiffness β∥", "B∥/f*L³"),
+    "bending_stiffness": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
+    "twist_stiffness": Variable(("rod",), "float64", "1", "twisting stiffness β∥", "B∥/f*L³"),
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
@@ -62,7 +75,10 @@ _EVERY_ROD = {
     "steric_energy": Variable(
         _ROD, "float64", "force*length", "steric energy, a pair's shared by halves", "½ Σ w_i w_j G, (5.27)"
     ),
-    "status": Variable(_ROD, "int32", "1", "0 where the rod is sound", ""),
+    "power": Variable(_ROD, "float64", "force*length/time", "power of all that does work on the rod", "dE/dt + D"),
+    "status": Variable(
+        _ROD, "int32", "1", "0 where the rod is sound", "", flags=tuple((one.value, one.name.lower()) for one in Status)
+    ),
 }
 
 FILAMENT_VARIABLES: dict[str, Variable] = {
@@ -90,5 +106,5 @@ SWIMMER_VARIABLES: dict[str, Variable] = {
     "strain": replace(_EVERY_ROD["strain"], components=SWIMMER_STRAINS),
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
     "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
-    "power": Variable(_ROD, "float64", "force*length/time", "power of flagella and forces", "∫ f u0 + M f ω0 + f·u ds"),
+    "power": replace(_EVERY_ROD["power"], long_name="power of flagella and forces", source="∫ f u0 + M f ω0 + f·u ds"),
 }

@@ -6,9 +6,13 @@ import xarray as xr
 
 from warp_rods.rods.variables import FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
 
+RENAMED = {"bend": "bending_stiffness", "twist": "twist_stiffness"}
+"""Stiffnesses whose names were those of strains."""
+
 
 def labelled(dataset: xr.Dataset) -> xr.Dataset:
-    """A group with the dims and labels that it would be written with today, still read lazily."""
+    """A group with the names, dims and labels that it would be written with today, still read lazily."""
+    dataset = dataset.rename({old: new for old, new in RENAMED.items() if old in dataset})
     today = STATIC | (SWIMMER_VARIABLES if "activity" in dataset else FILAMENT_VARIABLES)
     vectors = {name: today[name] for name in map(str, dataset.data_vars) if name in today and today[name].components}
     strains = [name for name, variable in vectors.items() if "strain_component" in variable.dims]

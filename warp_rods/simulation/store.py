@@ -67,7 +67,6 @@ def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
 def _create_array(
     group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], chunks: tuple[int, ...]
 ) -> zarr.Array:
-    described = {"units": variable.units, "long_name": variable.long_name, "source": variable.source}
     return group.create_array(
         name,
         shape=shape,
@@ -76,7 +75,7 @@ def _create_array(
         dtype=variable.dtype,
         fill_value=np.nan if variable.dtype.startswith("float") else 0,
         dimension_names=variable.dims,
-        attributes={key: text for key, text in described.items() if text},
+        attributes=variable.attributes,
     )
 
 

@@ -182,8 +182,9 @@ class FreeRods(FreeReadings, Ensemble):
 
     def static(self) -> dict[str, np.ndarray]:
         """What the trajectory keeps once: names of ``variables.STATIC``."""
-        names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag")
-        return {"length": np.ones(self.count), **{name: self._parameters[name] for name in names}}
+        names = ("moment", "drag_ratio", "rotational_drag")
+        stiffness = {"bending_stiffness": self.bend, "twist_stiffness": self.twist}
+        return {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
 
     def arrays_of_state(self) -> dict[str, wp.array]:
         """Every device array that the next step depends on."""

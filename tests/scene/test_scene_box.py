@@ -47,7 +47,10 @@ def faults(box, **changes) -> list[str]:
         ({"kind": "periodic", "size": [3, 3, 0]}, "box.size[2] = 0: must be positive numbers: the periods"),
         ({"kind": "periodic", "size": [3, math.inf, 3]}, "box.size[1] = inf: must be positive numbers"),
         ({"kind": "periodic", "size": [3, math.nan, 3]}, "box.size[1] = nan: must be positive numbers"),
-        ({"kind": "periodic", "size": [3, 3, 3, 3]}, "box.size = [3, 3, 3, 3]: must be positive numbers"),
+        (
+            {"kind": "periodic", "size": [3, 3, 3, 3]},
+            "box.size = [3, 3, 3, 3]: must be 3 positive numbers for a periodic box",
+        ),
         ({"kind": "periodic", "size": 3}, "box.size = 3: must be positive numbers"),
         ({"kind": "periodic", "size": [0.3, 3, 3]}, "box.size = [0.3, 3, 3]: must be above 0.32, twice the reach"),
         ({"kind": "periodic", "size": [0.32, 3, 3]}, "box.size = [0.32, 3, 3]: must be above 0.32, twice the reach"),

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
 
 
 class Mesh(NamedTuple):

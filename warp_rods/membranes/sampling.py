@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from warp_rods.errors import SceneError
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
 
 LINES = 500
 SAMPLES = 256

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, PlainValidator
+from pydantic import Field
 
-from warp_rods.membranes import in_time
-from warp_rods.scene.checks import Faults, Table, a_number, fault, refuse, row
-from warp_rods.scene.tables import Surface
+from warp_rods.membranes import motion
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.tables import SurfaceTable
+from warp_rods.values import Positive
 
-Positive = Annotated[float, a_number("positive")]
+__all__ = ["AXES", "Box", "Wall"]
 
 KINDS: dict[str, dict[str, Any]] = {
     "periodic": {},
@@ -27,17 +28,6 @@ AXES = {"periodic": 3, "slab": 2}
 """How many axes have a period."""
 
 
-def _size() -> PlainValidator:
-    def check(value: Any) -> tuple[float, ...]:
-        faults: Faults = []
-        length = len(value) if isinstance(value, (list, tuple)) else 0
-        read = row(value, ("positive",) * (length if length in AXES.values() else 3), (), faults)
-        refuse(faults)
-        return read
-
-    return PlainValidator(check)
-
-
 class Wall(Table):
     """A soft wall: from a distance δ = ``range`` before it rods are pushed back by k (d + δ) per length."""
 
@@ -49,7 +39,7 @@ class Box(Table):
     """Where swimmers live: a periodic box, a slab between two walls, or in or around a surface."""
 
     kind: Literal["periodic", "slab", "container"] = Field(description='"periodic", "slab" or "container"')
-    size: Annotated[tuple[float, ...], _size()] | None = Field(
+    size: tuple[Positive, ...] | None = Field(
         default=None, description="positive numbers: the periods along x, y and z (of a slab along x and y)"
     )
     fraction: Positive | None = Field(
@@ -57,7 +47,7 @@ class Box(Table):
         description="a positive number below 1: the share of the volume (of a slab of the area) that swimmers fill",
     )
     height: Positive | None = Field(default=None, description="a positive number: the distance of a slab's walls")
-    surface: Surface | None = Field(
+    surface: SurfaceTable | None = Field(
         default=None, description='a table as [surface], such as { kind = "sphere", radius = 3.0 }'
     )
     side: Literal["inside", "outside"] | None = Field(
@@ -100,7 +90,7 @@ def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faul
         faults.append(fault(("size",), good["size"], text))
     if "fraction" in good and not good["fraction"] < 1:
         faults.append(fault(("fraction",), good["fraction"], f" = {good['fraction']:g}: must be below 1"))
-    if "surface" in good and kind == "container" and in_time.moving(good["surface"]):
+    if "surface" in good and kind == "container" and motion.is_moving(good["surface"]):
         faults.append(fault(("surface",), good["surface"], ": a container must rest: give numbers, no texts in t"))
     return faults
 

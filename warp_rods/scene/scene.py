@@ -5,21 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import Field, ValidationError
 
 from warp_rods.errors import SceneError
-from warp_rods.kernels.contact.steric import REACH
-from warp_rods.membranes.surfaces import KINDS, faults_in_time
+from warp_rods.kernels.contact.reach import REACH
+from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
-from warp_rods.scene.checks import Faults, Table, fault, key_path, plain, shown
-from warp_rods.scene.ensembles import Filaments, Swimmers
-from warp_rods.scene.tables import Steric, Surface, Time, Units
-from warp_rods.scene.toml import document
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.filaments import Filaments
+from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.tables import Steric, SurfaceTable, Time, Units
+from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
@@ -29,8 +32,8 @@ class Scene(Table):
     """
 
     title: str = Field(default="", description="text in quotes")
-    seed: int = Field(default=0, ge=0, lt=2**63, strict=True, description="a whole number from 0 to 2^63 − 1")
-    surface: Surface | None = Field(default=None, description="a table, [surface]")
+    seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
+    surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
     box: Box | None = Field(default=None, description="a table, [box]")
@@ -46,24 +49,30 @@ class Scene(Table):
 
     @classmethod
     def load(cls, path: str | Path) -> Scene:
-        """The scene in a TOML file; raises SceneError for a file that cannot be read, too."""
+        """The scene in a TOML file; raises SceneError, also for a file that cannot be read."""
+        if not isinstance(path, (str, os.PathLike)):
+            raise SceneError(f"path = {shown(path)}: must be the path of a scene file")
         try:
-            return cls.parse(Path(path).read_text(encoding="utf-8-sig"), Path(path).resolve().parent)
+            text = Path(path).read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file") from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise SceneError(f"{path}: cannot be read as text: {error}") from None
+        try:
+            return cls.parse(text, Path(path).resolve().parent)
         except SceneError as error:
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
-    def parse(cls, scene: str | Mapping[str, Any], folder: Path = Path()) -> Scene:
+    def parse(cls, scene: str | Mapping[str, Any], folder: str | Path = "") -> Scene:
         """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
 
-        Paths in a text start at ``folder``.
+        Relative paths in a text start at ``folder``.
         """
+        if isinstance(scene, Mapping):
+            return cls(**plain(scene))
         if not isinstance(scene, str):
-            return cls(**plain(dict(scene)))
+            raise SceneError(f"scene = {shown(scene)}: must be TOML text or a mapping of its tables")
         try:
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
@@ -71,12 +80,26 @@ class Scene(Table):
         box = tables.get("box")
         for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
             if isinstance(surface, dict) and isinstance(surface.get("file"), str):
-                surface["file"] = str(folder / surface["file"])
+                surface["file"] = str(Path(folder) / surface["file"])
         return cls(**tables)
+
+    def __repr__(self) -> str:
+        ensembles = [
+            f"{table.name} ({table.count} {kind if table.count > 1 else kind.removesuffix('s')})"
+            for kind in ("filaments", "swimmers")
+            for table in getattr(self, kind)
+        ]
+        title = f" {shown(self.title)}" if self.title else ""
+        parts = [f"<Scene{title}: {', '.join(ensembles)}"]
+        parts += [f"surface {self.surface.kind}"] if self.surface else []
+        parts += [f"box {self.box.kind}"] if self.box else []
+        return "; ".join([*parts, *(["steric"] if self.steric else []), f"until t = {self.time.end:g}>"])
+
+    __str__ = __repr__
 
     def to_toml(self) -> str:
         """The scene as TOML text with every default filled in; ``parse`` gives an equal scene back."""
-        return document(self._tables())
+        return tomli_w.dumps(self._tables())
 
     def hash(self) -> str:
         """SHA-256 (hex) of the content, defaults included, whatever the file's order and spelling."""
@@ -89,9 +112,9 @@ class Scene(Table):
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
         """With swimmers in a box at random where the scene does not place them."""
         swimmers = data.get("swimmers")
-        if "box" not in data or not isinstance(swimmers, list):
+        if "box" not in data or not isinstance(swimmers, tuple):
             return data
-        placed = [{"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers]
+        placed = tuple({"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers)
         return {**data, "swimmers": placed}
 
     @property
@@ -120,8 +143,8 @@ class Scene(Table):
             faults.append(fault(("surface",), raw, text))
         if "surface" in good and "time" in good:
             values = {key: value for key, value in good["surface"].items() if key != "kind"}
-            found = faults_in_time(good["surface"]["kind"], values, good["time"]["end"])
-            faults += [fault(("surface",), raw, text) for text in found]
+            found = motion_faults(good["surface"]["kind"], values, good["time"]["end"])
+            faults += [fault(("surface", *loc), raw, text) for loc, text in found]
         return faults
 
 
@@ -184,7 +207,7 @@ def _name_faults(raw: dict[str, Any]) -> Faults:
     faults = []
     for key in ("filaments", "swimmers"):
         tables = raw.get(key)
-        for i, table in enumerate(tables if isinstance(tables, list) else []):
+        for i, table in enumerate(tables if isinstance(tables, tuple) else []):
             name = table.get("name") if isinstance(table, dict) else None
             owner = first.setdefault(str(name).lower(), key_path((key, i)))
             if isinstance(name, str) and owner != key_path((key, i)):

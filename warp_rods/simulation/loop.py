@@ -86,7 +86,7 @@ class Simulation:
         self.ensembles: dict[str, Ensemble] = layout.ensembles
         self.notes = layout.notes
         self._membrane_works = layout.surface is not None and layout.surface.moving
-        self._surroundings = Surroundings(scene, self.ensembles, self.device)
+        self._surroundings = Surroundings(scene, self.ensembles, self.device, layout.container)
         self._surroundings.refresh()
         self.contact = Contact(self.ensembles, self._surroundings, self.device)
         self.step_size, self.warnings = self._choose_step(layout.limits)

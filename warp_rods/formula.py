@@ -89,7 +89,7 @@ def syntax_tree(text: str, allowed: str) -> ast.expr:
     if "#" in text:
         raise FormulaError(f"column {text.index('#') + 1}: no comments here; {allowed}")
     try:
-        # Line breaks of a long TOML string mean nothing here.
+        # Line breaks in a long TOML string have no meaning.
         return ast.parse(text.replace("\n", " ").replace("\r", " "), mode="eval").body
     except SyntaxError as error:
         raise FormulaError(f"column {error.offset or len(text) + 1}: {error.msg}; {allowed}") from None
@@ -135,7 +135,7 @@ class FormulaReader:
         """What a part of the formula comes to, and an upper bound of its degree."""
         self.count += 1
         if self.count > MOST_PARTS or depth > MOST_DEPTH:
-            raise FormulaError(f"too long: at most {MOST_PARTS} parts and {MOST_DEPTH} within each other")
+            raise FormulaError(f"too long: at most {MOST_PARTS} parts, nested at most {MOST_DEPTH} deep")
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
                 return self._finite(node, lambda: float(value)), 0
@@ -190,7 +190,7 @@ class FormulaReader:
     def _power(self, node: ast.BinOp, base: tuple[Any, float], exponent: Any) -> tuple[Any, float]:
         a, degree = base
         if not isinstance(exponent, float) or abs(exponent) > LARGEST_POWER:
-            raise self.refused(node, f"the power must be a number of size {LARGEST_POWER} at most")
+            raise self.refused(node, f"the exponent must be a number from −{LARGEST_POWER} to {LARGEST_POWER}")
         if isinstance(a, float):
             return self._finite(node, lambda: a**exponent), 0
         return self.raised(node, a, exponent), self._degree(node, degree * max(abs(exponent), 1.0))

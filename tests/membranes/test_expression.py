@@ -103,7 +103,7 @@ WRONG = [
         ['surface.parameters.R = "1": must be a number, or a formula in t; t does not occur in it'],
     ),
     ({"parameters": {"R": math.nan}}, ["surface.parameters.R"]),
-    ({"parameters": {"R": 1.0, "x": 1.0}}, ["surface.parameters.x: not a name for a parameter"]),
+    ({"parameters": {"R": 1.0, "x": 1.0}}, ["surface.parameters.x: cannot be the name of a parameter"]),
     ({"parameters": {"R": 1.0, "sin": 1.0}}, ["surface.parameters.sin"]),
     ({"parameters": {"R": 1.0, "lambda": 1.0}}, ["surface.parameters.lambda"]),
     ({"parameters": {"R": 1.0, "a-b": 1.0}}, ["surface.parameters.a-b"]),

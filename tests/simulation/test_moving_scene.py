@@ -1,4 +1,4 @@
-"""Membranes that move, in scenes: texts in t, a mesh that follows, and what is refused (docs/moving_membranes.md)."""
+"""Membranes that move, in scenes: formulas in t, a mesh that follows, what is refused (docs/moving_membranes.md)."""
 
 import numpy as np
 import pytest
@@ -122,5 +122,5 @@ def test_defaults_and_line_breaks_are_fine_on_the_way():
 def test_a_formula_that_leaves_its_box_is_refused():
     values = {"phi": "x**2 + y**2 + z**2 - R**2", "box": [[-1.2, 1.2]] * 3, "parameters": {"R": "1 + t"}}
     assert surfaces.make("expression", values, end=0.1).closed
-    with pytest.raises(SceneError, match=r"surface at t = 0\.4: has come out of its box.*widen the box"):
+    with pytest.raises(SceneError, match=r"surface at t = 0\.4: has left its box.*widen the box"):
         surfaces.make("expression", values, end=0.4)

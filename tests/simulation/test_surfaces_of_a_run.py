@@ -108,7 +108,7 @@ NOWHERE = {**FORMULA, "phi": "x**2 + y**2 + z**2 + R"}
         (
             {**FORMULA, "parameters": {"R": "1 + 20*t"}},
             None,
-            ["surface at t = 0.02: has come out of its box", "widen the box"],
+            ["surface at t = 0.02: has left its box and is no longer closed", "widen the box"],
         ),
         (
             {**FORMULA, "parameters": {"R": "1 + 100*t"}, "phi": "z - R"},

@@ -117,7 +117,8 @@ def _torus_fault(v: Values) -> str | None:
 def _cassini_fault(v: Values) -> str | None:
     if v["b"] > v["a"]:
         return None
-    return f"b = {v['b']} must be larger than a = {v['a']}: at b = a the neck closes, below it falls into two"
+    said = f"b = {v['b']} must be larger than a = {v['a']}"
+    return f"{said}: at b = a the neck closes, and for b < a the surface is in two parts"
 
 
 def _undulated_fault(v: Values) -> str | None:
@@ -125,7 +126,7 @@ def _undulated_fault(v: Values) -> str | None:
     lowest = np.sqrt(max(R * R - 3 * bumps, 0.0))  # x·∇φ ≥ r (2r − √3 ε k) is positive from this radius on
     if 2 * lowest > np.sqrt(3) * bumps * k:
         return None
-    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break up; use less of either"
+    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break off; reduce either"
 
 
 def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
@@ -133,7 +134,7 @@ def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
 
 
 def _tube(radius: float, length: float) -> tuple[float, float, float]:
-    """An open tube along z: to spare across, cut where the scene says along z."""
+    """Half the box of an open tube along z, which is cut where the scene says; a little larger across."""
     return SPARE * radius, SPARE * radius, length / 2
 
 

@@ -28,7 +28,7 @@ KINDS: MutableMapping[str, Kind] = ChainMap(GIVEN, SURFACES)  # type: ignore[arg
 
 
 def read(kind: Any, raw: Any) -> tuple[dict[str, Any], list[Fault]]:
-    """The values of a surface with defaults filled in, and what is wrong with them as far as can be told unbuilt."""
+    """The values of a surface with defaults filled in, and what is wrong with them, before it is built."""
     if not isinstance(kind, str) or kind not in KINDS:
         return {}, [(("kind",), must_be(f"one of {', '.join(KINDS)}", kind) + nearest(kind, KINDS))]
     if not isinstance(raw, dict):

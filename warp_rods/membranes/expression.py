@@ -73,7 +73,7 @@ def _parameters(value: Any, faults: list[Fault]) -> dict[str, Any] | None:
     kept: dict[str, Any] = {}
     for name, given in value.items():
         if not formula.usable_name(name):
-            text = ": not a name for a parameter: use letters, digits and _, and no name that a formula has already"
+            text = ": cannot be the name of a parameter: use letters, digits and _, and no name in use already"
             faults.append((("parameters", name), text))
             continue
         try:

@@ -56,7 +56,9 @@ def _path(value: Any, faults: list[Fault]) -> Path | None:
         faults.append((("file",), must_be(f"the path of a file that ends in {', '.join(suffixes)}, in quotes", value)))
         return None
     if not Path(value).is_file():
-        faults.append((("file",), f": there is no file {value} (a path in a scene file starts at the scene's folder)"))
+        faults.append(
+            (("file",), f": there is no file {value} (relative paths in a scene file start at the folder of the scene)")
+        )
         return None
     return Path(value)
 

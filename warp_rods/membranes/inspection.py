@@ -41,8 +41,8 @@ def inspect(surface: Surface) -> Inspection:
     if (phi > 0).all() or (phi <= 0).all():
         side = "positive" if (phi > 0).all() else "never positive"
         text = (
-            f": φ is {side} at the {SAMPLES}³ points sampled in its box, so that no surface φ = 0 is found; "
-            f"put the box closely round it, and see that φ changes sign"
+            f": φ is {side} at the {SAMPLES}³ points sampled in its box, so that no surface φ = 0 is found: "
+            f"fit the box closely to the surface, and check that φ changes sign"
         )
         return Inspection(closed, [text])
     if (faces <= 0).all():
@@ -108,8 +108,8 @@ def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:
 
 def _no_gradient(x: np.ndarray) -> str:
     return (
-        f": ∇φ vanishes on the surface at {_point(x)}, so that it has no normal there: it crosses itself, ends in a "
-        f"tip, or φ only touches zero"
+        f": ∇φ vanishes on the surface at {_point(x)}, so that the surface has no normal there: it crosses itself, "
+        f"ends in a tip, or φ touches zero without changing sign"
     )
 
 

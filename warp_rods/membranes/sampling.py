@@ -1,4 +1,4 @@
-"""Where filaments start: uniform in area and isotropic in angle."""
+"""Random points on a surface, uniform in area, and random directions there, isotropic in angle."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes.surface import Surface
 
 LINES = 500
+"""Lines that are drawn at once."""
 SAMPLES = 256
-"""Points on each line at which the sign of φ is looked at."""
+"""Points on each line at which the sign of φ is taken."""
 
 
 def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -19,7 +20,7 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
     area. Raises SceneError where lines through the box find no surface.
     """
     found: list[np.ndarray] = []
-    wanted = 4 * count  # drawn from more, so that points of one line seldom meet again
+    wanted = 4 * count  # a quarter is kept, so that few points come from one line
     while sum(map(len, found)) < wanted:
         points = _crossings(surface, LINES, rng)
         found.append(points)

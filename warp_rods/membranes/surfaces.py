@@ -1,4 +1,4 @@
-"""Surfaces, such as ``make("sphere", {"radius": 1.0})``: every kind that a scene can name, built and inspected."""
+"""Make a surface of any kind that a scene can name, such as ``make("sphere", {"radius": 1.0})``."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _faults_later(surface: Surface, end: float) -> list[Fault]:
     for time in (end / 2, end):
         closed, found = inspect(surface.at(time))
         if surface.closed and not closed and not found:
-            found = ["has come out of its box, so that it is closed no more: widen the box"]
+            found = ["has left its box and is no longer closed: widen the box"]
         if found:
             return [((), f" at t = {time:.4g}: {text.removeprefix(': ')}") for text in found]
     return []

@@ -18,7 +18,7 @@ __all__ = ["Faults", "Table", "fault"]
 Faults = list[InitErrorDetails]
 
 MOST_VALUES_NAMED = 5
-"""Of a list with many wrong values this many are named one by one, the others counted."""
+"""Of many wrong values in a list this many are named one by one, and the others counted."""
 
 
 def fault(loc: tuple, value: Any, text: str) -> InitErrorDetails:
@@ -37,7 +37,7 @@ _Described: Any = type("_Described", (type(BaseModel),), {"__dir__": _own_member
 
 
 class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
-    """A table of a scene: frozen, no unknown keys; a field's description is what its key allows."""
+    """A table of a scene: frozen, without unknown keys. The description of a field says what its key allows."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -58,7 +58,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        """Faults between keys: ``raw`` is the table as given, ``good`` what of it is right by itself."""
+        """Faults between keys: ``raw`` is the table as given, ``good`` the part of it without faults of its own."""
         return []
 
     @model_validator(mode="wrap")
@@ -80,7 +80,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @classmethod
     def _in_our_words(cls, errors: list[ErrorDetails]) -> Faults:
-        """A fault for each error in this table, of one key not too many; tables within it have done so already."""
+        """Faults for the errors of this table, a few for each key; tables within it have worded theirs already."""
         found, named = dict[Any, InitErrorDetails](), Counter[Any]()
         for error in errors:
             said = cls._in_words(error)

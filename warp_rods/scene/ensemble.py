@@ -36,13 +36,13 @@ def lookup(raw: Any, path: tuple[str, ...]) -> Any:
 def length_faults(
     raw: dict[str, Any], good: dict[str, Any], paths: tuple[str, ...], vectors: tuple[str, ...] = ()
 ) -> Faults:
-    """Lists without one entry for each of ``count`` rods; of ``vectors`` only lists of lists are such lists."""
+    """Faults of lists that do not have one entry for each of ``count`` rods; of ``vectors``: of lists of lists."""
     count, faults = good.get("count"), []
     for path in paths + vectors:
         loc = tuple(path.split("."))
         value = lookup(raw, loc)
         one_vector = path in vectors and is_list(value) and not any(map(is_list, value))
         if count is not None and is_list(value) and not one_vector and len(value) != count:
-            text = f" = {shown(value)}: has {len(value)} entries; must have one for each of {count} rods"
+            text = f" = {shown(value)}: needs one entry for each of {count} rods, has {len(value)}"
             faults.append(fault(loc, value, text))
     return faults

@@ -26,28 +26,32 @@ __all__ = ["Filaments", "Growth", "Placement"]
 
 
 class Placement(Table):
-    """Where filaments start: points and directions [rods, 3], geodesic curvature [rods, nodes]; 1/length."""
+    """Where filaments start: points and directions [rod, 3], and geodesic curvature [rod, node] in 1/length."""
 
     at: Literal["middle", "start"] = Field(
-        default="middle", description='"middle" or "start": the point of the rod that is placed'
+        default="middle", description='"middle" or "start": which point of the rod is placed'
     )
     position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
     direction: tuple[Direction, ...] = Field(description="a list of directions [dx, dy, dz], one for each rod")
     geodesic_curvature: Each[NumberEach] = Field(
-        default=0.0, description="a number, or a list with a number or one value a node for each rod"
+        default=0.0, description="a number, or a list that has for each rod a number or a list with one for each node"
     )
 
 
 class Growth(Table):
-    """Growth of the tips: a rate in length per time until a final length, or lengths at times."""
+    """Growth at the tips: at a rate (length per time) until a final length, or to given lengths at given times."""
 
     rate: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     until: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     start: ZeroOrMoreEach | None = Field(default=None, description="0 or a positive number" + OR_EACH)
-    time: tuple[ZeroOrMore, ...] | None = Field(default=None, description="a list of increasing times, with length")
-    length: tuple[Positive, ...] | None = Field(default=None, description="a list of lengths at the times in time")
+    time: tuple[ZeroOrMore, ...] | None = Field(
+        default=None, description="a list of increasing times, together with length"
+    )
+    length: tuple[Positive, ...] | None = Field(
+        default=None, description="a list of lengths, one for each time in time"
+    )
     spacing: Positive | None = Field(
-        default=None, description="a positive number: nodes are doubled before Δs would exceed it"
+        default=None, description="a positive number: the number of nodes is doubled before Δs exceeds it"
     )
 
     @classmethod
@@ -102,7 +106,7 @@ def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         fault(
             ("placement", "geodesic_curvature", i),
             values,
-            f" = {shown(values)}: has {len(values)} values; must have one for each of {nodes} nodes",
+            f" = {shown(values)}: needs one value for each of {nodes} nodes, has {len(values)}",
         )
         for i, values in enumerate(rows)
         if is_list(values) and len(values) != nodes

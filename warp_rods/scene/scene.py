@@ -26,9 +26,10 @@ from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """A whole run: frozen, comparable, picklable. Parts may be given as dicts, arrays or their own classes.
+    """What a run simulates: frozen, comparable, picklable.
 
-    Raises SceneError with a line for each fault.
+    Tables may be given as dicts or as their own classes, numbers as Python's or NumPy's, rows as lists, tuples or
+    arrays. Raises SceneError with a line for each fault.
     """
 
     title: str = Field(default="", description="text in quotes")
@@ -102,7 +103,7 @@ class Scene(Table):
         return tomli_w.dumps(self._tables())
 
     def hash(self) -> str:
-        """SHA-256 (hex) of the content, defaults included, whatever the file's order and spelling."""
+        """SHA-256 (hex) of the content, defaults included; the order and spelling of a file make no difference."""
         return hashlib.sha256(json.dumps(self._tables(), sort_keys=True).encode()).hexdigest()
 
     def _tables(self) -> dict[str, Any]:
@@ -110,7 +111,7 @@ class Scene(Table):
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """With swimmers in a box at random where the scene does not place them."""
+        """Swimmers in a box are placed at random where the scene does not place them."""
         swimmers = data.get("swimmers")
         if "box" not in data or not isinstance(swimmers, tuple):
             return data
@@ -121,7 +122,8 @@ class Scene(Table):
     def period(self) -> tuple[float, float, float]:
         """The period of the box along each axis, 0 where there is none; length.
 
-        A ``fraction`` of the volume, or of a slab's area, is that of cells as wide as the steric core.
+        Where the box has a ``fraction``, cells as wide as the steric core fill that share of its volume, or of the
+        area of a slab.
         """
         if self.box is None or self.box.kind not in AXES:
             return (0.0, 0.0, 0.0)
@@ -139,7 +141,7 @@ class Scene(Table):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
         if raw.get("filaments") and "surface" not in raw:
-            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(KINDS)}"
+            text = f": missing; filaments need one: add [surface] with a kind, one of {', '.join(KINDS)}"
             faults.append(fault(("surface",), raw, text))
         if "surface" in good and "time" in good:
             values = {key: value for key, value in good["surface"].items() if key != "kind"}
@@ -149,18 +151,18 @@ class Scene(Table):
 
 
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
-    """The periods of a box of which cells of length 1 and this width fill the fraction."""
+    """The periods of a box such that cells of length 1 and this width fill a fraction of it."""
     filled = cells * width * (1.0 if kind == "slab" else math.pi / 4 * width)
     return ((filled / fraction) ** (1 / AXES[kind]),) * AXES[kind]
 
 
 def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-    """Faults between the box, the swimmers that live there and their sterics."""
+    """Faults between the box, the swimmers in it and their steric repulsion."""
     faults: Faults = []
     tables = good.get("swimmers") or ()
     if "box" not in raw:
         return [
-            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] for its room")
+            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] to fill")
             for i, table in enumerate(tables)
             if isinstance(table.get("placement"), str)
         ]
@@ -168,7 +170,7 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     if not raw.get("swimmers"):
         faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
     if box and "fraction" in box and "steric" not in raw:
-        text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
+        text = f" = {box['fraction']:g}: refers to cells as wide as the steric core: add [steric], or give size"
         faults.append(fault(("box", "fraction"), box, text))
     return faults + (_width_faults(box, steric, tables) if box and steric else [])
 
@@ -179,7 +181,7 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
     walls = box and box["kind"] != "periodic"
     felt = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
     forces = [name for name, there in felt.items() if there]
-    text = f" = true: not with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
+    text = f" = true: not possible with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
     return [
         fault(("swimmers", i, "symmetric"), table, text)
         for i, table in enumerate(good.get("swimmers") or ())
@@ -188,9 +190,9 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
 
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
-    """Of a node only the nearest image is felt: a box is to be wider than the reach to both sides."""
+    """Only the nearest image of a node is felt: a box must be wider than the reach to both sides."""
     least = 2 * REACH * steric["range"]
-    said = f"must be above {least:g}, twice the reach of the sterics, 8 ranges"
+    said = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
     if "size" in box:
         text = f" = {shown(box['size'])}: {said}"
         return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
@@ -202,7 +204,7 @@ def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[
 
 
 def _name_faults(raw: dict[str, Any]) -> Faults:
-    """Ensembles that share a name; case is not enough to tell two folders apart on every disk."""
+    """Ensembles that share a name, or differ in case only: not every file system tells such folders apart."""
     first: dict[str, str] = {}
     faults = []
     for key in ("filaments", "swimmers"):
@@ -211,7 +213,7 @@ def _name_faults(raw: dict[str, Any]) -> Faults:
             name = table.get("name") if isinstance(table, dict) else None
             owner = first.setdefault(str(name).lower(), key_path((key, i)))
             if isinstance(name, str) and owner != key_path((key, i)):
-                text = f" = {shown(name)}: is the name of {owner} already; each ensemble needs its own"
+                text = f" = {shown(name)}: is already the name of {owner}; each ensemble needs its own"
                 faults.append(fault((key, i, "name"), name, text))
     return faults
 

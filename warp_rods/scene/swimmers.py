@@ -30,22 +30,22 @@ class Flagella(Table):
     profile: Literal["tanh", "piecewise", "uniform"] = Field(
         default="tanh", description='"tanh", "piecewise" or "uniform"'
     )
-    sharpness: Positive = Field(default=10.0, description="a positive number: of the profile tanh")
+    sharpness: Positive = Field(default=10.0, description="a positive number: the steepness of the profile tanh")
 
 
 SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"balanced": True}, "straight": {}}
-"""Kind of a shape → the keys that only this kind has, and their defaults."""
+"""Kind of shape → the keys that only this kind has, and their defaults."""
 
 
 class Shape(Table):
-    """Curvature at the start: amplitude times a beam mode, or C.63–C.66 with that amplitude, or none."""
+    """The curvature at the start: an amplitude times a mode of the beam, or the writhe (C.63)–(C.66); or none."""
 
     kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
     mode: int | None = Field(default=None, ge=0, description="a whole number, 0 or more")
     amplitude: NumberEach = Field(default=1.0, description="a number" + OR_EACH)
     balanced: bool | None = Field(
         default=None,
-        description="true or false: a writhe's twist that balances the active torque, or C.63 as printed",
+        description="true or false: whether the twist of a writhe balances the active torque, or is (C.63) as printed",
     )
 
     @classmethod
@@ -65,11 +65,11 @@ class Shape(Table):
 
 
 class FreePlacement(Table):
-    """Where swimmers start: middle points and directions of the tangent there [rods, 3]."""
+    """Where swimmers start: their middle points and the directions of the tangent there [rod, 3]."""
 
     position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
     direction: tuple[Direction, ...] | None = Field(
-        None, description="a list of directions [dx, dy, dz], one for each rod; left out: along x"
+        None, description="a list of directions [dx, dy, dz], one for each rod; along x where left out"
     )
 
 

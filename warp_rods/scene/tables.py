@@ -53,7 +53,7 @@ class Steric(Table):
 
 
 class Time(Table):
-    """How long, in which steps (chosen by the run where absent), and how often a frame is saved."""
+    """How long a run lasts, its time step (chosen where left out), and the time from one saved frame to the next."""
 
     end: Positive = Field(description="a positive number")
     step: Positive | None = Field(default=None, description="a positive number, or left out")
@@ -61,7 +61,7 @@ class Time(Table):
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """With a frame every hundredth of the run, or every step where steps are longer."""
+        """A frame is saved every hundredth of the run, or every step where steps are longer."""
         end, step = (_positive(data.get(key)) for key in ("end", "step"))
         if end is None:  # the scene is refused for that: any value will do
             return {"save_every": 1.0, **data}

@@ -1,4 +1,7 @@
-"""Make a surface of any kind that a scene can name, such as ``make("sphere", {"radius": 1.0})``."""
+"""Make a surface of any kind that a scene can name, such as ``make("sphere", {"radius": 1.0})``.
+
+The kinds are the keys of ``KINDS``; ``KINDS[kind].keys`` are the names of its values.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,19 @@ from typing import Any
 
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError
-from warp_rods.membranes.built_in import SURFACES, Parameter, SurfaceKind
-from warp_rods.membranes.catalogue import GIVEN, KINDS, motion_faults, read
+from warp_rods.membranes.built_in import SURFACES
+from warp_rods.membranes.built_in import Parameter as Parameter
+from warp_rods.membranes.built_in import SurfaceKind as SurfaceKind
+from warp_rods.membranes.catalogue import GIVEN as GIVEN
+from warp_rods.membranes.catalogue import KINDS, motion_faults, read
 from warp_rods.membranes.files import FileError
 from warp_rods.membranes.inspection import inspect
 from warp_rods.membranes.level_set import Fault
-from warp_rods.membranes.surface import INSTANT, Surface
+from warp_rods.membranes.surface import INSTANT as INSTANT
+from warp_rods.membranes.surface import Surface
 from warp_rods.values import key_path, plain
 
-__all__ = ["GIVEN", "INSTANT", "KINDS", "SURFACES", "Parameter", "Surface", "SurfaceKind", "make"]
+__all__ = ["KINDS", "Surface", "make"]
 
 
 def make(kind: str, values: Any, *, path: str = "surface", end: float = 0.0) -> Surface:

@@ -17,7 +17,7 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
     """Points [count, 3] on the surface (of an open one: on the patch in its box), uniform in area.
 
     Crofton: straight lines, isotropic and uniform in offset, meet every piece of surface in proportion to its
-    area. Raises SceneError where lines through the box find no surface.
+    area. Raises SceneError where lines through the box meet no surface.
     """
     found: list[np.ndarray] = []
     wanted = 4 * count  # a quarter is kept, so that few points come from one line
@@ -26,7 +26,7 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
         found.append(points)
         if len(found) == 10 and not sum(map(len, found)):
             low, high = surface.box
-            raise SceneError(f"surface: no point of φ = 0 was found in its box {low.tolist()} to {high.tolist()}")
+            raise SceneError(f"placement: no point of φ = 0 was found in the box {low.tolist()} to {high.tolist()}")
     return rng.choice(np.concatenate(found), size=count, replace=False)
 
 

@@ -14,8 +14,8 @@ from warp_rods.contact import barrier
 from warp_rods.contact.overlap import Space, overlapping, without_overlap
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
-from warp_rods.membranes import surfaces
 from warp_rods.membranes.built_in import SPARE
+from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
@@ -25,6 +25,7 @@ from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.surfaces import build_surfaces
 
 SWIMMER_STEP = 1e-3
 """Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
@@ -68,7 +69,7 @@ class Layout:
 def lay_out(scene: Scene, device) -> Layout:
     """Every ensemble of the scene on the device; raises SceneError naming the table that cannot be laid out."""
     layout = Layout(scene, device, *build_surfaces(scene))
-    if layout.surface and layout.surface.kind in surfaces.GIVEN and not layout.surface.closed:
+    if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
     tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
     # Rods that find their places themselves keep clear of those whose places are given, wherever these stand.
@@ -89,21 +90,6 @@ def lay_out(scene: Scene, device) -> Layout:
     if scene.steric and scene.steric.strength > 0:
         layout.warnings += _steric_doubts(layout, scene.steric)
     return layout
-
-
-def build_surfaces(scene: Scene) -> tuple[Surface | None, Surface | None]:
-    """The membrane and the container of a scene, each built once; raises SceneError naming the faults of both."""
-    built, faults = [], []
-    for path, table in (("surface", scene.surface), ("box.surface", scene.box and scene.box.surface)):
-        try:
-            end = scene.time.end
-            built.append(surfaces.make(table.kind, table.parameters, path=path, end=end) if table else None)
-        except SceneError as error:
-            faults.append(str(error))
-    if faults:
-        raise SceneError("\n".join(faults))
-    membrane, container = built
-    return membrane, container
 
 
 def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:

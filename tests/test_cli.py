@@ -62,6 +62,16 @@ def test_every_fault_of_a_scene_in_one_message(small, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_surface_that_cannot_be_built_ends_with_exit_code_2(small, tmp_path, command):
+    formula = 'kind = "expression"\nphi = "x**2 + y**2 + z**2 + 1"\nbox = [[-2, 2], [-2, 2], [-2, 2]]'
+    small.write_text(SMALL.replace('kind = "sphere"\nradius = 1.0', formula))
+    done = warp_rods(command, small, cwd=tmp_path)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert "error: surface.phi: φ is positive" in done.stderr
+    assert {p.name for p in tmp_path.iterdir()} == {"small.toml"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

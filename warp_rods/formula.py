@@ -1,9 +1,8 @@
-"""φ as text: read through a whitelist of Python's syntax tree, never evaluated, into a SymPy expression.
+"""Formulas as text, in x, y, z and parameters or in t: read through a whitelist of Python's syntax, never evaluated.
 
-So is a text in t, for a number of φ that changes with time.
-
-Allowed: numbers, pi, x, y, z, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
+Allowed: numbers, pi, the variables, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
 where they are defined. Lengths, depths, powers and degrees are capped, so that no text takes long to read.
+``warp_rods.membranes.symbolic`` turns a formula into an expression that can be differentiated.
 """
 
 from __future__ import annotations
@@ -14,10 +13,9 @@ import keyword
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import sympy
+__all__ = ["ALLOWED", "FormulaError", "FormulaReader", "check", "function_of_time", "syntax_tree", "usable_name"]
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan")
@@ -28,12 +26,9 @@ COORDINATES = ("x", "y", "z")
 MOST_CHARACTERS = 1000
 MOST_PARTS = 300
 MOST_DEPTH = 30
-MOST_FACTORS = 20
-"""Factors in a row: the second derivatives of a product of n have of the order of n³ parts."""
 LARGEST_POWER = 12
 LARGEST_DEGREE = 48
-"""Of powers within powers: SymPy multiplies (2x)^n out."""
-LARGEST_WHOLE = 2.0**53
+"""Of powers within powers, which a computer algebra system may multiply out."""
 
 ALLOWED = "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, ** to a number and " + ", ".join(
     f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS)
@@ -59,48 +54,42 @@ def usable_name(name: str) -> bool:
     return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and name not in taken
 
 
-def read(text: str, names: Sequence[str]) -> sympy.Expr:
-    """The expression in the symbols x0, x1, x2 and, for the parameters in their order, p0, p1, …
+def check(text: str, names: Sequence[str]) -> None:
+    """Check the form of a formula in x, y, z and parameters with these names.
 
     Raises FormulaError for the first thing in it that is not allowed, and for a parameter that it does not use.
     """
-    import sympy
-
-    symbols = {name: sympy.Symbol(f"x{i}") for i, name in enumerate(COORDINATES)}
-    symbols |= {name: sympy.Symbol(f"p{i}") for i, name in enumerate(names)}
-    reader = _Reader(symbols, ALLOWED)
-    expression, _degree = reader.part(_tree(text, ALLOWED), 0)
+    reader = FormulaReader({name: FORM for name in (*COORDINATES, *names)}, ALLOWED)
+    reader.read(syntax_tree(text, ALLOWED))
     if unused := [name for name in names if name not in reader.used]:
         raise FormulaError(f"parameters.{unused[0]} does not occur in it")
     if not reader.used & set(COORDINATES):
         raise FormulaError("none of x, y, z occurs in it")
-    return sympy.sympify(expression)
 
 
 @functools.lru_cache(maxsize=64)
-def in_time(text: str) -> Callable[[float], float]:
-    """The function of time that a text in t gives; the text is read once, under the same whitelist.
+def function_of_time(text: str) -> Callable[[float], float]:
+    """The function of time that a formula in t gives; the text is read once, under the same whitelist.
 
     Raises FormulaError for the first thing in it that is not allowed, and where t does not occur; the function
-    raises it at a time at which the text has no value.
+    raises it at a time at which the formula has no value.
     """
-    import sympy
-
-    tree = _tree(text.strip(), ALLOWED_IN_TIME)
-    reader = _Reader({"t": sympy.Symbol("t")}, ALLOWED_IN_TIME)
-    reader.part(tree, 0)
+    tree = syntax_tree(text.strip(), ALLOWED_IN_TIME)
+    reader = FormulaReader({"t": FORM}, ALLOWED_IN_TIME)
+    reader.read(tree)
     if "t" not in reader.used:
-        raise FormulaError("t does not occur in it; a number that rests is written without quotes")
-    return lambda time: float(_Reader({"t": float(time)}, ALLOWED_IN_TIME).part(tree, 0)[0])
+        raise FormulaError("t does not occur in it; write a constant without quotes")
+    return lambda time: FormulaReader({"t": float(time)}, ALLOWED_IN_TIME).read(tree)
 
 
-def _tree(text: str, allowed: str) -> ast.expr:
+def syntax_tree(text: str, allowed: str) -> ast.expr:
+    """Python's syntax tree of a text; raises FormulaError, which ends with what is ``allowed``."""
     if len(text) > MOST_CHARACTERS:
         raise FormulaError(f"{len(text)} characters; at most {MOST_CHARACTERS}")
     if "#" in text:
         raise FormulaError(f"column {text.index('#') + 1}: no comments here; {allowed}")
     try:
-        # Line breaks of a long TOML string mean nothing here.
+        # Line breaks in a long TOML string have no meaning.
         return ast.parse(text.replace("\n", " ").replace("\r", " "), mode="eval").body
     except SyntaxError as error:
         raise FormulaError(f"column {error.offset or len(text) + 1}: {error.msg}; {allowed}") from None
@@ -108,34 +97,62 @@ def _tree(text: str, allowed: str) -> ast.expr:
         raise FormulaError(f"it cannot be read; {allowed}") from None
 
 
-class _Reader:
-    """Turns allowed parts into SymPy, or into floats while they are numbers, and keeps count."""
+FORM = object()
+"""Stands for a variable, and for all that is made of it, while only the form of a formula is read."""
+
+
+class FormulaReader:
+    """Walks through the syntax tree of a formula; refuses what is not allowed, and what is too long.
+
+    ``symbols`` are what variables and parameters stand for: numbers, to evaluate the formula, or ``FORM``, to check
+    it. A subclass that gives them another meaning overrides ``negated``, ``combined``, ``raised`` and ``applied``.
+    """
 
     def __init__(self, symbols: Mapping[str, Any], allowed: str):
         self.symbols, self.allowed, self.used, self.count = symbols, allowed, set[str](), 0
 
+    def read(self, tree: ast.expr) -> Any:
+        """What the formula comes to: a float where it is a number, ``FORM`` where it is not."""
+        return self.part(tree, 0)[0]
+
+    def negated(self, value: Any) -> Any:
+        """−value, which is not a number."""
+        return FORM
+
+    def combined(self, node: ast.BinOp, left: Any, right: Any) -> Any:
+        """A sum, difference, product or quotient, of which at least one part is not a number."""
+        return FORM
+
+    def raised(self, node: ast.BinOp, base: Any, exponent: float) -> Any:
+        """A power of what is not a number."""
+        return FORM
+
+    def applied(self, name: str, values: list[Any]) -> Any:
+        """A function of values, of which at least one is not a number."""
+        return FORM
+
     def part(self, node: ast.expr, depth: int) -> tuple[Any, float]:
-        """An expression, or a float, and a bound of its degree."""
+        """What a part of the formula comes to, and an upper bound of its degree."""
         self.count += 1
         if self.count > MOST_PARTS or depth > MOST_DEPTH:
-            raise FormulaError(f"too long: at most {MOST_PARTS} parts and {MOST_DEPTH} within each other")
+            raise FormulaError(f"too long: at most {MOST_PARTS} parts, nested at most {MOST_DEPTH} deep")
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
                 return self._finite(node, lambda: float(value)), 0
             case ast.Name(id=name):
                 return self._named(node, name)
             case ast.UnaryOp(op=ast.UAdd() | ast.USub() as sign, operand=operand):
-                inner, degree = self.part(operand, depth + 1)
-                return (-inner if isinstance(sign, ast.USub) else inner), degree
+                return self._signed(sign, *self.part(operand, depth + 1))
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 return self._power(node, self.part(left, depth + 1), self.part(right, depth + 1)[0])
             case ast.BinOp(left=left, op=sign, right=right) if type(sign) in OPERATORS:
                 return self._joined(node, self.part(left, depth + 1), self.part(right, depth + 1))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._called(node, name, [self.part(a, depth + 1) for a in arguments])
-        raise self._refused(node, _said(node))
+        raise self.refused(node, _said(node))
 
-    def _refused(self, node: ast.expr, what: str) -> FormulaError:
+    def refused(self, node: ast.expr, what: str) -> FormulaError:
+        """The error for a part that is not allowed."""
         return FormulaError(f"column {node.col_offset + 1}: {what}; {self.allowed}")
 
     def _finite(self, node: ast.expr, compute: Callable[[], float]) -> float:
@@ -144,14 +161,19 @@ class _Reader:
         except (ArithmeticError, ValueError, TypeError):
             value = math.nan
         if isinstance(value, complex) or not math.isfinite(value):
-            raise self._refused(node, "not a finite real number")
+            raise self.refused(node, "not a finite real number")
         return value
+
+    def _signed(self, sign: ast.unaryop, value: Any, degree: float) -> tuple[Any, float]:
+        if isinstance(sign, ast.UAdd):
+            return value, degree
+        return -value if isinstance(value, float) else self.negated(value), degree
 
     def _named(self, node: ast.expr, name: str) -> tuple[Any, float]:
         if name == "pi":
             return math.pi, 0
         if name not in self.symbols:
-            raise self._refused(node, f"{name} is not known here")
+            raise self.refused(node, f"{name} is not known here")
         self.used.add(name)
         return self.symbols[name], 1
 
@@ -161,51 +183,33 @@ class _Reader:
         degree = max(m, n) if isinstance(node.op, (ast.Add, ast.Sub)) else m + n
         if isinstance(a, float) and isinstance(b, float):
             return self._finite(node, lambda: join(a, b)), 0
-        if isinstance(node.op, ast.Div) and b == 0:
-            raise self._refused(node, "divides by zero")
-        product = join(_exact(a), _exact(b))
-        if product.is_Mul and len(product.args) > MOST_FACTORS:
-            raise self._refused(node, f"more than {MOST_FACTORS} factors")
-        return product, self._degree(node, degree)
+        if isinstance(node.op, ast.Div) and isinstance(b, float) and b == 0:
+            raise self.refused(node, "divides by zero")
+        return self.combined(node, a, b), self._degree(node, degree)
 
     def _power(self, node: ast.BinOp, base: tuple[Any, float], exponent: Any) -> tuple[Any, float]:
         a, degree = base
         if not isinstance(exponent, float) or abs(exponent) > LARGEST_POWER:
-            raise self._refused(node, f"the power must be a number of size {LARGEST_POWER} at most")
+            raise self.refused(node, f"the exponent must be a number from −{LARGEST_POWER} to {LARGEST_POWER}")
         if isinstance(a, float):
             return self._finite(node, lambda: a**exponent), 0
-        if a == 0:
-            raise self._refused(node, "a power of zero")
-        return a ** _exact(exponent), self._degree(node, degree * max(abs(exponent), 1.0))
+        return self.raised(node, a, exponent), self._degree(node, degree * max(abs(exponent), 1.0))
 
     def _degree(self, node: ast.expr, degree: float) -> float:
         if degree > LARGEST_DEGREE:
-            raise self._refused(node, f"its degree is above {LARGEST_DEGREE}")
+            raise self.refused(node, f"its degree is above {LARGEST_DEGREE}")
         return degree
 
     def _called(self, node: ast.Call, name: str, arguments: list[tuple[Any, float]]) -> tuple[Any, float]:
-        import sympy
-
         wanted = 1 if name in FUNCTIONS else 2 if name in TWO_ARGUMENTS else 0
         if not wanted:
-            raise self._refused(node, f"{name}() is not known here")
+            raise self.refused(node, f"{name}() is not known here")
         if len(arguments) != wanted:
-            raise self._refused(node, f"{name}() takes {wanted} argument{'s' if wanted > 1 else ''}")
+            raise self.refused(node, f"{name}() takes {wanted} argument{'s' if wanted > 1 else ''}")
         values = [value for value, _degree in arguments]
         if all(isinstance(value, float) for value in values):
             return self._finite(node, lambda: (FUNCTIONS | TWO_ARGUMENTS)[name](*values)), 0
-        return getattr(sympy, name)(*map(_exact, values)), max(degree for _value, degree in arguments)
-
-
-def _exact(value: Any) -> Any:
-    """A float as SymPy's whole number, half or float, so that x**2.0 is x²; an expression as it is."""
-    import sympy
-
-    if not isinstance(value, float):
-        return value
-    if (2 * value).is_integer() and abs(value) < LARGEST_WHOLE:
-        return sympy.Rational(int(2 * value), 2)
-    return sympy.Float(value)
+        return self.applied(name, values), max(degree for _value, degree in arguments)
 
 
 def _said(node: ast.expr) -> str:

@@ -13,12 +13,10 @@ import warp as wp
 
 from warp_rods.kernels.contact.box import nearest_image
 from warp_rods.kernels.contact.neighbour_list import Cloud, Lists
+from warp_rods.kernels.contact.reach import REACH as REACH
 from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
-
-REACH = 8.0
-"""Pairs farther apart than this many ranges a are left out."""
 
 
 @wp.struct

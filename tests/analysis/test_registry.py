@@ -172,6 +172,7 @@ def test_a_measure_of_ones_own(run, monkeypatch):
         return described(dataset, ("frame", "rod"), values.to_numpy(), "length", "reach", "max |r_i|")
 
     monkeypatch.setitem(MEASURES, "reach", Measure(reach, "rods", "length", ("position",)))
+    monkeypatch.setenv("COLUMNS", "120")
     assert "Largest coordinate of a node" in repr(wr.measures())
     found = wr.measure(run["soft"], "reach", node=0)
     np.testing.assert_array_equal(found.reach, abs(run["soft"].position[:, :, 0]).max("axis"))

@@ -12,7 +12,8 @@ from reference.surface import POINT, differentiated
 from warp_rods.errors import SceneError
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.surface.geometry import sampler
-from warp_rods.membranes import expression, surfaces
+from warp_rods.membranes import surfaces
+from warp_rods.membranes.field_source import field
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.scene.scene import Scene
 
@@ -89,17 +90,20 @@ def test_every_function_against_sympy():
 
 
 WRONG = [
-    ({"phi": None}, ["surface.phi: must be text"]),
-    ({"phi": 3}, ["surface.phi: must be text"]),
-    ({"box": None}, ["surface.box: must be [[x0, x1]"]),
+    ({"phi": None}, ["surface.phi: missing; must be text"]),
+    ({"phi": 3}, ["surface.phi = 3: must be text in quotes"]),
+    ({"box": None}, ["surface.box: missing; must be [[x0, x1]"]),
     ({"box": [[-1, 1], [-1, 1]]}, ["surface.box"]),
-    ({"box": [[1, -1], [-1, 1], [-1, 1]]}, ["surface.box", "rise"]),
+    ({"box": [[1, -1], [-1, 1], [-1, 1]]}, ["surface.box = [[1, -1], [-1, 1], [-1, 1]]", "increase"]),
     ({"box": [[-1, math.inf], [-1, 1], [-1, 1]]}, ["surface.box"]),
     ({"box": 2.0}, ["surface.box"]),
     ({"bx": 2.0}, ["surface.bx", "phi, box, parameters"]),
-    ({"parameters": {"R": "1"}}, ["surface.parameters.R: must be a number"]),
+    (
+        {"parameters": {"R": "1"}},
+        ['surface.parameters.R = "1": must be a number, or a formula in t; t does not occur in it'],
+    ),
     ({"parameters": {"R": math.nan}}, ["surface.parameters.R"]),
-    ({"parameters": {"R": 1.0, "x": 1.0}}, ["surface.parameters.x: must be called otherwise"]),
+    ({"parameters": {"R": 1.0, "x": 1.0}}, ["surface.parameters.x: cannot be the name of a parameter"]),
     ({"parameters": {"R": 1.0, "sin": 1.0}}, ["surface.parameters.sin"]),
     ({"parameters": {"R": 1.0, "lambda": 1.0}}, ["surface.parameters.lambda"]),
     ({"parameters": {"R": 1.0, "a-b": 1.0}}, ["surface.parameters.a-b"]),
@@ -178,7 +182,7 @@ needs_compiler = pytest.mark.skipif(80 not in wp.get_cuda_supported_archs(), rea
 
 @needs_compiler
 def test_compiles_to_ptx(tmp_path):
-    kernels = vars(bound_frames.on_surface(expression.field("x**2 + sin(R*y)**2 + z**2/R - 1", ("R",))))
+    kernels = vars(bound_frames.on_surface(field("x**2 + sin(R*y)**2 + z**2/R - 1", ("R",))))
     for name, kernel in kernels.items():
         (path,) = wp.compile_aot_module(kernel.module, arch=80, module_dir=tmp_path / name, use_ptx=True)
         assert ".entry" in path.read_text()

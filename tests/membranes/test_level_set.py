@@ -16,7 +16,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.surface.spline import spline
 from warp_rods.membranes import surfaces
-from warp_rods.membranes.grid import PAD
+from warp_rods.membranes.spline import PAD
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.scene.scene import Scene
 
@@ -54,7 +54,8 @@ def test_the_spline_and_its_derivatives_are_those_of_scipy(tmp_path):
     rng = np.random.default_rng(1)
     values, h = rng.normal(size=(9, 11, 10)), np.array([0.1, 0.2, 0.3])
     np.save(tmp_path / "phi.npy", values)
-    surface = surfaces.Surface("grid", {"file": str(tmp_path / "phi.npy"), "spacing": h, "origin": (1.0, -1.0, 0.5)})
+    values_of_it = {"file": str(tmp_path / "phi.npy"), "spacing": h, "origin": (1.0, -1.0, 0.5)}
+    surface = surfaces.Surface("grid", values_of_it, surfaces.KINDS["grid"])
     coefficients = ndimage.spline_filter(np.pad(values, PAD, mode="reflect", reflect_type="odd"), mode="mirror")
     u = rng.uniform(-PAD - 5, 30, size=(200, 3))  # beyond the ends, too
     x = np.array([1.0, -1.0, 0.5]) + u * h
@@ -191,9 +192,9 @@ def wrong_files(folder: Path) -> dict[str, Path]:
 
 WRONG = [
     ("open.ply", {}, ["surface.file", "is not closed"]),
-    ("both.ply", {}, ["surface.file", "face in and others"]),
+    ("both.ply", {}, ["surface.file", "face inwards and others"]),
     ("noise.stl", {}, ["surface.file"]),
-    ("open.ply", {"spacing": 0}, ["surface.spacing: must be a positive number"]),
+    ("open.ply", {"spacing": 0}, ["surface.spacing = 0: must be a positive number, or three"]),
     ("flat.npy", {}, ["surface.file", "shape (9, 9)"]),
     ("small.npy", {}, ["shape (9, 9, 3)", "at least 8"]),
     ("text.npy", {}, ["<U1"]),
@@ -205,7 +206,7 @@ WRONG = [
     ("empty.npy", {}, ["cannot be read as an array"]),
     ("above.npy", {"spacing": None}, ["surface.spacing: missing"]),
     ("above.npy", {"spacing": [1, 2]}, ["surface.spacing"]),
-    ("above.npy", {"origin": 1.0}, ["surface.origin: must be three numbers"]),
+    ("above.npy", {"origin": 1.0}, ["surface.origin = 1.0: must be three numbers"]),
     ("above.npy", {"size": 1.0}, ["surface.size", "file, spacing, origin"]),
     ("absent.npy", {}, ["there is no file", "absent.npy"]),
     ("shape.tif", {}, ["surface.file", ".npy, .obj, .stl, .ply"]),

@@ -67,7 +67,7 @@ def test_a_film_has_its_frames_and_names_what_is_lost():
     rods = FreeRods(2, 33, bend=[5e-3, 4e-3], twist=1e-3, device="cpu")
     seen = film(rods, [0.0, 0.01, 0.025], 1e-3, ("strain", "energy", "status"))
     assert seen["time"].to_numpy().tolist() == [0.0, 0.01, 0.025] and rods.time == pytest.approx(0.025)
-    assert seen["strain"].shape == (3, 2, 33, 3) and seen["bend"].to_numpy().tolist() == [5e-3, 4e-3]
+    assert seen["strain"].shape == (3, 2, 33, 3) and seen["bending_stiffness"].to_numpy().tolist() == [5e-3, 4e-3]
     lost = FreeRods(1, 33, bend=5e-3, twist=1e-3, shape={"kind": "mode", "amplitude": 300.0}, device="cpu")
-    with pytest.raises(RodFailure, match=r"rod 0 .* bend"):
+    with pytest.raises(RodFailure, match=r"rod 0 bent by .*'bend': 0.005"):
         film(lost, [0.0, 0.01], 1e-3)

@@ -10,6 +10,9 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
+from warp_rods.scene import flagella
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.loop import Simulation
 
 STEP = 1e-3
 
@@ -37,16 +40,6 @@ KINDS = {"free": free, "bound": bound}
 FORCE = np.array([0.3, -0.2, 0.1])
 READINGS = (
     *("position", "orientation", "strain", "tension", "energy", "energy_density", "dissipation", "power", "status"),
-)
-    "position",
-    "orientation",
-    "strain",
-    "tension",
-    "energy",
-    "energy_density",
-    "dissipation",
-    "power",
-    "status",
 )
 
 
@@ -230,15 +223,48 @@ def test_mistakes_with_filaments_name_the_parameter(given, said):
         BoundRods(torus, **({"position": [[1.4, 0, 0]], "direction": [[0, 1, 0]]} | given), device="cpu")
 
 
+BIASED = flagella.Law(
+    "RELAXING", {"threshold": flagella.LawParameter(0.5, "positive"), "bias": flagella.LawParameter(-1.0)}
+)
+
+
 def test_a_law_may_have_parameters_of_its_own(monkeypatch):
     """A row of the table with two parameters: from a mapping to the array that the kernels read."""
-    from warp_rods.rods.free import flagella
-
-    row = flagella.Law(0, {"threshold": flagella.LawParameter(0.5, "positive"), "bias": flagella.LawParameter(-1.0)})
-    monkeypatch.setitem(flagella.LAWS, "biased", row)
+    monkeypatch.setitem(flagella.LAWS, "biased", BIASED)
     rods = FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": [0.2, 0.3]}, device="cpu")
     np.testing.assert_array_equal(rods._arrays.rods.law_numbers.numpy(), [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
     with pytest.raises(SceneError, match=r"flagella\.threshold = -1: must be positive"):
         FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": -1.0}, device="cpu")
     with pytest.raises(SceneError, match="unknown key 'threshold'"):
         FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "relaxing", "threshold": 1.0}, device="cpu")
+
+
+def test_a_law_with_parameters_is_used_from_a_scene(monkeypatch):
+    """As a table in TOML: defaults filled in, one value a rod, faults named, numbers where kernels read them."""
+    monkeypatch.setitem(flagella.LAWS, "biased", BIASED)
+    text = """
+        time = {{ end = 0.1, step = 1e-3 }}
+        [[swimmers]]
+        name = "cells"
+        count = 2
+        nodes = 33
+        bend = 1e-3
+        twist = 1e-3
+        flagella = {{ {} }}
+    """
+    scene = Scene.parse(text.format('law = "biased", threshold = [0.2, 0.3]'))
+    assert Scene.parse(scene.to_toml()) == scene
+    rods = Simulation(scene, "cpu").ensembles["cells"]
+    np.testing.assert_array_equal(rods._arrays.rods.law_numbers.numpy(), [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
+    for given, said in (
+        ('law = "biased", threshold = 0', r"swimmers\[0\].flagella.threshold = 0: must be a positive number"),
+        (
+            'law = "biased", threshold = [1.0]',
+            r"swimmers\[0\].flagella.threshold = .*: needs one entry for each of 2 rods",
+        ),
+        ('law = "biased", treshold = 1.0', r"flagella.treshold: unknown key \(did you mean threshold\?\)"),
+        ("threshold = 1.0", r"flagella.threshold: unknown key; known here, with the law relaxing: relaxation"),
+        ('law = "biasd"', r'flagella.law = "biasd": must be one of "relaxing", "held"'),
+    ):
+        with pytest.raises(SceneError, match=said):
+            Scene.parse(text.format(given))

@@ -47,7 +47,10 @@ def faults(box, **changes) -> list[str]:
         ({"kind": "periodic", "size": [3, 3, 0]}, "box.size[2] = 0: must be positive numbers: the periods"),
         ({"kind": "periodic", "size": [3, math.inf, 3]}, "box.size[1] = inf: must be positive numbers"),
         ({"kind": "periodic", "size": [3, math.nan, 3]}, "box.size[1] = nan: must be positive numbers"),
-        ({"kind": "periodic", "size": [3, 3, 3, 3]}, "box.size = [3, 3, 3, 3]: must be positive numbers"),
+        (
+            {"kind": "periodic", "size": [3, 3, 3, 3]},
+            "box.size = [3, 3, 3, 3]: must be 3 positive numbers for a periodic box",
+        ),
         ({"kind": "periodic", "size": 3}, "box.size = 3: must be positive numbers"),
         ({"kind": "periodic", "size": [0.3, 3, 3]}, "box.size = [0.3, 3, 3]: must be above 0.32, twice the reach"),
         ({"kind": "periodic", "size": [0.32, 3, 3]}, "box.size = [0.32, 3, 3]: must be above 0.32, twice the reach"),
@@ -78,7 +81,10 @@ def faults(box, **changes) -> list[str]:
         ({"kind": "container"}, "box.surface: missing; must be a table as [surface], such as"),
         ({"kind": "container", "surface": {"kind": "sphere"}}, "box.surface.radius: missing; must be a positive"),
         ({"kind": "container", "surface": {"kind": "spere"}}, "(did you mean sphere?)"),
-        ({"kind": "container", "surface": {**SPHERE, "radius": "3 + t"}}, "box.surface: a container must rest"),
+        (
+            {"kind": "container", "surface": {**SPHERE, "radius": "3 + t"}},
+            "box.surface: a container cannot move: give numbers, not formulas in t",
+        ),
         ({"kind": "container", "surface": SPHERE, "side": "in"}, 'box.side = "in": must be "inside" or "outside"'),
         ({"kind": "container", "surface": SPHERE, "fraction": 0.2}, "box.fraction: a box of kind container has no"),
     ],
@@ -92,10 +98,10 @@ def test_each_fault_has_a_line(box, line):
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"steric": None}, "box.fraction = 0.3: is that of cells as wide as the steric core: add [steric]"),
+        ({"steric": None}, "box.fraction = 0.3: refers to cells as wide as the steric core: add [steric]"),
         (
             {"swimmers": [{**CELLS, "count": 10}], "steric": {**STERIC, "range": 0.2}},
-            "box.fraction = 0.3: makes a box 1.633 wide; it must be above 3.2, twice the reach of the sterics",
+            "box.fraction = 0.3: makes a box 1.633 wide; it must be above 3.2, twice the reach of the steric force",
         ),
         (
             {"swimmers": None, "filaments": [FILAMENTS], "surface": SPHERE},
@@ -116,8 +122,8 @@ def test_a_placement_in_words_needs_a_box():
     words = [{**CELLS, "name": f"c{i}", "placement": word} for i, word in enumerate(["random", "polar lanes"])]
     lines = faults(None, swimmers=words)
     assert lines == [
-        'swimmers[0].placement = "random": needs a [box] for its room',
-        'swimmers[1].placement = "polar lanes": needs a [box] for its room',
+        'swimmers[0].placement = "random": needs a [box] to fill',
+        'swimmers[1].placement = "polar lanes": needs a [box] to fill',
     ]
 
 

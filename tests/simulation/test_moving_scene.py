@@ -1,4 +1,4 @@
-"""Membranes that move, in scenes: texts in t, a mesh that follows, and what is refused (docs/moving_membranes.md)."""
+"""Membranes that move, in scenes: formulas in t, a mesh that follows, what is refused (docs/moving_membranes.md)."""
 
 import numpy as np
 import pytest
@@ -92,10 +92,13 @@ def test_energy_that_the_membrane_gives_is_no_doubt():
     ("radius", "said"),
     [
         ("1.0 - 6*t", "surface at t = 0.1673: radius = -0.004"),
-        ("1.0 - t.real", "a text in t: column 7: a dot is not allowed; allowed are numbers, pi, t,"),
-        ("1.0 + x", 'surface.radius = "1.0 + x": must be a positive number, or a text in t: column 7: x is not known'),
-        ("2.0", "t does not occur in it; a number that rests is written without quotes"),
-        ("t - 1", 'surface.radius = "t - 1": must be a positive number, is -1 at t = 0'),
+        ("1.0 - t.real", "a formula in t: column 7: a dot is not allowed; allowed are numbers, pi, t,"),
+        (
+            "1.0 + x",
+            'surface.radius = "1.0 + x": must be a positive number, or a formula in t: column 7: x is not known',
+        ),
+        ("2.0", "t does not occur in it; write a constant without quotes"),
+        ("t - 1", 'surface.radius = "t - 1": must be a positive number, but is -1 at t = 0'),
         ("sqrt(0.1 - t) + 1", "surface.radius at t = 0.102041: column 1: not a finite real number"),
     ],
 )
@@ -111,13 +114,13 @@ def test_a_clamped_end_on_a_moving_membrane_is_refused():
 
 
 def test_defaults_and_line_breaks_are_fine_on_the_way():
-    assert surfaces.faults_in_time("undulated", {"radius": " 1.0 + 0.1*t"}, 1.0) == []
+    assert surfaces.make("undulated", {"radius": " 1.0 + 0.1*t"}, end=1.0).moving
     values = {"phi": "\n  x**2 + y**2\n  + z**2 - R**2", "box": [[-2, 2]] * 3, "parameters": {"R": "1 + t"}}
-    assert surfaces.faults_in_time("expression", values, 0.5) == []
+    assert surfaces.make("expression", values, end=0.5).moving
 
 
 def test_a_formula_that_leaves_its_box_is_refused():
     values = {"phi": "x**2 + y**2 + z**2 - R**2", "box": [[-1.2, 1.2]] * 3, "parameters": {"R": "1 + t"}}
-    assert surfaces.faults_in_time("expression", values, 0.1) == []
-    (fault,) = surfaces.faults_in_time("expression", values, 0.4)
-    assert "at t = 0.4" in fault and "widen the box" in fault
+    assert surfaces.make("expression", values, end=0.1).closed
+    with pytest.raises(SceneError, match=r"surface at t = 0\.4: has left its box.*widen the box"):
+        surfaces.make("expression", values, end=0.4)

@@ -6,7 +6,7 @@ from examples.free import in_space, slope
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.modes import coefficients
-from warp_rods.scene.ensembles import Swimmers
+from warp_rods.scene.swimmers import Swimmers
 from warp_rods.theory.steady import FixedShape, Swimmer, at_rest, settled, start
 from warp_rods.theory.steady_equations import Equations
 from warp_rods.theory.twisted_stability import growth_rates

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from warp_rods.contact.overlap import Space, pushed_apart, without_overlap
 from warp_rods.errors import SceneError
-from warp_rods.membranes import surfaces
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
 
 TRIES = 1000
@@ -42,16 +41,14 @@ class Room:
     clearance: float = 0.0
 
     @classmethod
-    def of(cls, scene: Scene, clearance: float) -> Room:
+    def of(cls, scene: Scene, container: Surface | None, clearance: float) -> Room:
         """The room that a scene's box leaves; raises SceneError for one without bounds."""
         box, period = scene.box, np.array(scene.period)
         assert box is not None  # a scene is refused that arranges swimmers without one
-        if box.kind == "container":
-            assert box.surface is not None
-            surface = surfaces.make(box.surface.kind, box.surface.parameters)
-            if box.side == "outside" or not surface.closed:
+        if container:
+            if box.side == "outside" or not container.closed:
                 raise SceneError("placement: this container has no bounds: give position and direction of each rod")
-            return cls(*surface.box, container=surface, clearance=clearance)
+            return cls(*container.box, container=container, clearance=clearance)
         if box.kind == "slab":
             if not period[:2].all():
                 raise SceneError("placement: the slab has no bounds: give box.size or box.fraction")
@@ -148,18 +145,24 @@ def given(position: Any, direction: Any) -> dict[str, np.ndarray]:
 
 
 def arranged(
-    arrangement: str, scene: Scene, shapes: Mapping[str, np.ndarray], others: np.ndarray, rng: np.random.Generator
+    arrangement: str,
+    scene: Scene,
+    container: Surface | None,
+    shapes: Mapping[str, np.ndarray],
+    others: np.ndarray,
+    rng: np.random.Generator,
 ) -> tuple[dict[str, dict[str, np.ndarray]], str]:
     """Middle points and frames of swimmers of several ensembles that find their places together, and a note.
 
-    shapes: by ensemble, centre lines [rod, node, 3] about their middles. With sterics no rod is closer to another, or
-    to points ``others`` [n, 3], than the core and a node spacing. Raises SceneError where they do not fit.
+    container: that of the scene's box. shapes: by ensemble, centre lines [rod, node, 3] about their middles. With
+    sterics no rod is closer to another, or to points ``others`` [n, 3], than the core and a node spacing. Raises
+    SceneError where they do not fit.
     """
     nodes = max(lines.shape[1] for lines in shapes.values())
     # In the order of chance, so that no ensemble gets the better places.
     every = np.concatenate([_resampled(lines, nodes) for lines in shapes.values()])
     order = rng.permutation(len(every))
-    room = Room.of(scene, scene.steric.core / 2 if scene.steric else 0.0)
+    room = Room.of(scene, container, scene.steric.core / 2 if scene.steric else 0.0)
     try:
         poses, note = _find(arrangement, room, scene, every[order], others, rng)
     except SceneError as error:
@@ -211,16 +214,16 @@ def _resampled(lines: np.ndarray, nodes: int) -> np.ndarray:
     return lines if len(old) == nodes else interp1d(old, lines, axis=1)(new)
 
 
-def outside(scene: Scene, lines: np.ndarray) -> int:
+def outside(scene: Scene, container: Surface | None, lines: np.ndarray) -> int:
     """How many of the rods with centre lines [rod, node, 3] reach through a wall of the scene's box."""
     box = scene.box
     if box is None or box.wall is None:
         return 0
-    if box.surface is None:
+    if container is None:
         assert box.height is not None
         out = np.abs(lines[..., 2]) > box.height / 2
     else:
-        phi = surfaces.make(box.surface.kind, box.surface.parameters).phi(lines)
+        phi = container.phi(lines)
         out = phi < 0 if box.side == "outside" else phi > 0
     return int(out.any(axis=1).sum())
 

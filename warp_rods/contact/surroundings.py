@@ -9,15 +9,19 @@ import numpy as np
 
 from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.walls import Walls
-from warp_rods.membranes import surfaces
+from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
 
 
 class Surroundings:
-    """Forces on the ``ensembles`` {name: ensemble} of a scene that are not their own; ``apply`` makes them present."""
+    """Forces on the ``ensembles`` {name: ensemble} of a scene that are not their own; ``apply`` makes them present.
 
-    def __init__(self, scene: Scene, ensembles: Mapping[str, Any], device: Any):
+    container: the surface of the scene's box, where it has one.
+    """
+
+    def __init__(self, scene: Scene, ensembles: Mapping[str, Any], device: Any, container: Surface | None = None):
         self._scene, self._ensembles, self._device = scene, dict(ensembles), device
+        self._container = container  # owns the grid that the walls' kernels read
         self._cells = [table.name for table in scene.swimmers]
         self.neighbours = self._build_neighbours()
         self._walls = self._build_walls()
@@ -38,9 +42,7 @@ class Surroundings:
         box = self._scene.box
         if box is None or box.wall is None:
             return None
-        where: Any = box.height
-        if box.surface:
-            where = surfaces.make(box.surface.kind, box.surface.parameters)
+        where: Any = self._container or box.height
         crowd = [self._ensembles[name] for name in self._cells]
         return Walls(crowd, where, box.wall.strength, box.wall.range, box.side == "outside", self._device)
 

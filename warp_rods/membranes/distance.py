@@ -1,8 +1,7 @@
-"""Level sets from what a microscope or a modeller gives: signed distance to segmented cells, to a closed mesh."""
+"""φ on a grid as the signed distance to the boundary of segmented cells, or to a closed mesh."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,21 +9,20 @@ import warp as wp
 from scipy import ndimage
 
 from warp_rods.kernels.surface.mesh_distance import signed_distance
+from warp_rods.membranes.files import FileError
+
+__all__ = ["from_cells", "from_mesh", "nodes_round"]
 
 VOXELS_SMOOTHED, EDGES_SMOOTHED = 4.0, 2.0
-"""Widths, in grid spacings, of the Gaussian that takes away the steps of voxels and the edges of triangles."""
+"""Widths, in grid spacings, of the Gaussians that smooth the steps of voxels and the edges of triangles."""
 MARGIN = 8
-"""Grid spacings kept free round a mesh."""
-
-
-class ShapeError(ValueError):
-    """A file that gives no membrane; its message follows the key path."""
+"""Grid spacings left free round a mesh."""
 
 
 def from_cells(inside: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """Smoothed signed distance [x, y, z] to the boundary of the cells that are True, negative in them."""
     if inside.all() or not inside.any():
-        raise ShapeError("its cells are all inside or all outside: there is no boundary")
+        raise FileError("its cells are all inside or all outside: there is no boundary")
     half = spacing.min() / 2  # the boundary runs between the centres of cells
     outer = ndimage.distance_transform_edt(~inside, sampling=spacing) - half
     inner = ndimage.distance_transform_edt(inside, sampling=spacing) - half
@@ -35,26 +33,6 @@ def _smoothed(distance: np.ndarray, width: float) -> np.ndarray:
     """2Gφ − GGφ: a Gaussian G alone would move a membrane inwards by its mean curvature times width²."""
     once = ndimage.gaussian_filter(distance, width, mode="nearest")
     return 2 * once - ndimage.gaussian_filter(once, width, mode="nearest")
-
-
-def read_mesh(path: Path) -> Any:
-    """The triangles of an OBJ, STL or PLY file, outward; raises ShapeError where they enclose nothing."""
-    import trimesh
-
-    try:
-        mesh = trimesh.load_mesh(path)
-    except Exception as error:  # each reader of that library has its own
-        raise ShapeError(f"cannot be read as a mesh: {error}") from None
-    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise ShapeError("holds no triangles")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    if not mesh.is_watertight:
-        raise ShapeError("is not closed: some edges have a triangle on one side only")
-    if not mesh.is_winding_consistent:
-        raise ShapeError("has triangles that face in and others that face out")
-    if mesh.volume < 0:
-        mesh.invert()
-    return mesh
 
 
 def nodes_round(mesh: Any, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,103 +1,92 @@
-"""The membrane whose φ is a text: kind = "expression" of a scene."""
+"""The surface whose φ is a formula: kind = "expression" of a scene."""
 
 from __future__ import annotations
 
-import functools
-import hashlib
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from warp_rods import formula
-from warp_rods.kernels.surface.geometry import written_field
-from warp_rods.membranes import in_time
-from warp_rods.membranes.field_source import field_source
-from warp_rods.membranes.kinds import Shape, Values
+from warp_rods.membranes.level_set import Fault, LevelSet, Values
+from warp_rods.values import must_be, number, numbers
+
+__all__ = ["Expression"]
 
 MOST_PARAMETERS = 8
-
-Faults = list[tuple[tuple[str | int, ...], str]]
 
 
 class Expression:
     """φ as a formula in x, y, z and parameters, differentiated symbolically and compiled."""
 
-    key = "phi"
     keys = ("phi", "box", "parameters")
 
-    def read(self, raw: Values) -> tuple[dict[str, Any], Faults]:
-        """The values with defaults filled in, and what is wrong with them."""
-        faults: Faults = [
-            ((name,), f": not a parameter of expression; it has {', '.join(self.keys)}")
-            for name in raw
-            if name not in self.keys
-        ]
+    def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
+        """The values with defaults filled in, and what is wrong with them, as far as the text alone tells."""
+        faults: list[Fault] = []
         box = _box(raw.get("box"), faults)
         parameters = _parameters(raw.get("parameters", {}), faults)
-        phi = _phi(raw.get("phi"), tuple(sorted(parameters)), faults)
+        phi = _phi(raw.get("phi"), parameters, faults)
         return {"phi": phi, "box": box, "parameters": parameters}, faults
 
-    def shape(self, values: Values) -> Shape:
-        """The surface with these values; surfaces of one text share a field whatever their parameters."""
+    def level_set(self, values: Values) -> LevelSet:
+        """The surface with these values; raises FormulaError for a φ that cannot be differentiated.
+
+        Surfaces of one formula share a field, whatever their parameters.
+        """
+        from warp_rods.membranes.field_source import field
+
         names = tuple(sorted(values["parameters"]))
         low, high = np.array(values["box"]).T
         numbers = np.array([values["parameters"][name] for name in names])
-        return Shape(field(values["phi"], names), numbers, (low, high), closed=None)
+        return LevelSet(field(values["phi"], names), numbers, (low, high), closed=None)
 
 
-@functools.cache
-def field(phi: str, names: tuple[str, ...]) -> Any:
-    """The Warp function x, p -> φ, ∇φ, ∇∇φ of a text, p its parameters in the order of ``names``.
-
-    Raises FormulaError for a text that is not allowed.
-    """
-    source = field_source(formula.read(phi, names))
-    return written_field(f"field_{hashlib.sha256(source.encode()).hexdigest()[:16]}", source)
-
-
-def _phi(value: Any, names: tuple[str, ...], faults: Faults) -> str:
+def _phi(value: Any, parameters: dict[str, Any] | None, faults: list[Fault]) -> str:
     if not isinstance(value, str):
-        faults.append((("phi",), ': must be text in quotes, such as "x**2 + y**2 + z**2 - R**2"'))
+        faults.append((("phi",), must_be('text in quotes, such as "x**2 + y**2 + z**2 - R**2"', value)))
         return ""
     try:
-        field(value.strip(), names)
+        if parameters is not None:
+            formula.check(value.strip(), sorted(parameters))
     except formula.FormulaError as error:
         faults.append((("phi",), f": {error}"))
     return value.strip()
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _box(value: Any, faults: Faults) -> tuple[tuple[float, float], ...]:
+def _box(value: Any, faults: list[Fault]) -> tuple[tuple[float, ...], ...]:
     try:
-        rows = tuple((low, high) for low, high in value)
-    except (TypeError, ValueError):
-        rows = ()
-    if len(rows) != 3 or not all(_is_number(a) and _is_number(b) and a < b for a, b in rows):
-        faults.append((("box",), ": must be [[x0, x1], [y0, y1], [z0, z1]], numbers that rise in each pair"))
-        return ()
-    return tuple((float(low), float(high)) for low, high in rows)
+        pairs = tuple(numbers(pair, 2) for pair in value) if isinstance(value, tuple) else ()
+    except ValueError:
+        pairs = ()
+    if len(pairs) != 3 or not all(low < high for low, high in pairs):
+        allowed = "[[x0, x1], [y0, y1], [z0, z1]], numbers that increase in each pair"
+        faults.append((("box",), must_be(allowed, value)))
+    return pairs
 
 
-def _parameters(value: Any, faults: Faults) -> dict[str, Any]:
-    """Those that can be used, numbers or texts in t; names are checked first, since phi is read with them."""
+def _parameters(value: Any, faults: list[Fault]) -> dict[str, Any] | None:
+    """Numbers or formulas in t by name; None where there is no table of them, without which phi cannot be checked."""
     if not isinstance(value, Mapping) or len(value) > MOST_PARAMETERS:
-        faults.append((("parameters",), f": must be a table of numbers by name, {MOST_PARAMETERS} at most"))
-        return {}
+        faults.append((("parameters",), must_be(f"a table of numbers by name, {MOST_PARAMETERS} at most", value)))
+        return None
     kept: dict[str, Any] = {}
-    for name, number in value.items():
+    for name, given in value.items():
         if not formula.usable_name(name):
-            faults.append((("parameters", name), ": must be called otherwise: letters, digits and _, no name in use"))
-        elif isinstance(number, str):
-            kept[name] = number.strip()
-            if wrong := in_time.fault(kept[name]):
-                faults.append((("parameters", name), f": must be a number, or a text in t: {wrong}"))
-        elif not _is_number(number):
-            faults.append((("parameters", name), ": must be a number, or a text in t"))
-        else:
-            kept[name] = float(number) + 0.0
+            text = ": cannot be the name of a parameter: use letters, digits and _, and no name in use already"
+            faults.append((("parameters", name), text))
+            continue
+        try:
+            kept[name] = _number_or_formula(given)
+        except ValueError as error:
+            kept[name] = 0.0  # so that phi is not blamed for this name, too
+            faults.append((("parameters", name), must_be("a number, or a formula in t", given, str(error))))
     return kept
+
+
+def _number_or_formula(value: Any) -> float | str:
+    """Raises ValueError with what to say, which may be empty."""
+    if not isinstance(value, str):
+        return number(value)
+    formula.function_of_time(value)(0.0)
+    return value.strip()

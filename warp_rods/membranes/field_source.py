@@ -1,15 +1,33 @@
-"""From φ as a SymPy expression to a Warp function of φ, ∇φ and ∇∇φ: differentiated, shared parts found, written out."""
+"""From φ as a formula to a Warp function of φ, ∇φ and ∇∇φ: differentiated, shared parts found, written out."""
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import math
 from typing import Any
 
+import sympy
+
 from warp_rods.formula import FormulaError
+from warp_rods.kernels.surface.geometry import written_field
+from warp_rods.membranes.symbolic import expression
+
+__all__ = ["field", "field_source"]
 
 MOST_LINES = 2000
 
 CALLS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "atan2")
+
+
+@functools.cache
+def field(phi: str, names: tuple[str, ...]) -> Any:
+    """The Warp function x, p -> φ, ∇φ, ∇∇φ of a formula, p its parameters in the order of ``names``.
+
+    Raises FormulaError for a formula that is not allowed, or cannot be differentiated.
+    """
+    source = field_source(expression(phi, names))
+    return written_field(f"field_{hashlib.sha256(source.encode()).hexdigest()[:16]}", source)
 
 
 def field_source(phi: Any) -> str:
@@ -17,8 +35,6 @@ def field_source(phi: Any) -> str:
 
     Raises FormulaError where it is not real, or its derivatives are too long.
     """
-    import sympy
-
     x = sympy.symbols("x:3")
     gradient = [sympy.diff(phi, a) for a in x]
     hessian = [sympy.diff(gradient[i], x[j]) for i in range(3) for j in range(i, 3)]
@@ -39,8 +55,6 @@ class _Lines:
     """One line an operation; the same operation is written once."""
 
     def __init__(self) -> None:
-        import sympy
-
         self.lines: list[str] = []
         self.names: dict[Any, str] = {sympy.Symbol(f"x{i}"): f"x[{i}]" for i in range(3)}
         self.names |= {sympy.Symbol(f"p{i}"): f"p.v[{i}]" for i in range(8)}
@@ -100,7 +114,7 @@ class _Lines:
         return self.line(f"wp.pow({b}, {_literal(exponent)})")
 
     def _whole_power(self, name: str, n: int) -> str:
-        """By squaring: a power of a float with a float exponent is much dearer."""
+        """By squaring: wp.pow takes much longer."""
         if n == 1:
             return name
         if n % 2:
@@ -116,5 +130,5 @@ def _literal(number: Any) -> str:
     except (TypeError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
-        raise FormulaError(f"it holds {str(number)[:40]}, which is no finite real number")
+        raise FormulaError(f"it holds {str(number)[:40]}, which is not a finite real number")
     return f"wp.float64({value!r})"

@@ -1,44 +1,54 @@
-"""What a surface that a user gave is like: whether it is there, encloses something, and is smooth."""
+"""Whether φ of a formula or a file gives a surface for rods: it is there, it faces outwards, and it is smooth."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
+
+__all__ = ["Inspection", "inspect"]
 
 SAMPLES = 49
-"""Points along each edge of the box at which φ is looked at."""
+"""Points along each edge of the box at which φ is sampled."""
 MOST_POINTS = 2000
-"""Points of the surface at which its gradient is looked at."""
+"""Points of the surface at which its gradient is computed."""
 SUSPECTS = 50
-"""Of those, where the gradient is least for its rate of change, so many are followed to where it vanishes."""
+"""Of those, the points with the least gradient for its rate of change, from which zeros of the gradient are sought."""
 FLAT = 1e-7
-"""A gradient vanishes when over the whole box it would make less than this share of φ's range."""
+"""A gradient counts as zero where over the whole box it would make less than this share of φ's range."""
 
 
-def is_closed(surface: Surface) -> bool:
-    """Whether φ > 0 all over the faces of the box, as far as samples tell; touching one is allowed."""
-    phi = _samples(surface)[1]
-    return bool((_faces(phi) > -1e-9 * np.abs(phi[np.isfinite(phi)]).max()).all())
+class Inspection(NamedTuple):
+    """What was found out about a surface."""
+
+    closed: bool
+    """Whether φ > 0 all over the faces of the box, as far as samples tell; the surface may touch a face."""
+    faults: list[str]
+    """What forbids rods on the surface; each follows a key path."""
 
 
-def faults(surface: Surface) -> list[str]:
-    """What forbids rods on this surface, each a line that follows a key path; none where all is well."""
+def inspect(surface: Surface) -> Inspection:
+    """Sample φ in the box of a surface once, and follow its gradient on the surface."""
     x, phi = _samples(surface)
+    finite = np.abs(phi[np.isfinite(phi)])
+    largest = float(finite.max()) if len(finite) else 0.0
+    faces = np.concatenate([np.take(phi, (0, -1), axis=axis).ravel() for axis in range(3)])
+    closed = bool((faces > -1e-9 * largest).all())
     if np.isnan(phi).any():
-        return [f": φ is not a number at {_shown(x[np.isnan(phi)][0])}, in its box"]
-    side = "positive" if (phi > 0).all() else "never positive"
+        return Inspection(closed, [f": φ is not a number at {_point(x[np.isnan(phi)][0])}, in its box"])
     if (phi > 0).all() or (phi <= 0).all():
-        return [
-            f": φ is {side} at the {SAMPLES}³ points looked at in its box, so that no surface φ = 0 is found; "
-            f"put the box closely round it, and see that φ changes sign"
-        ]
-    if (_faces(phi) <= 0).all():
-        return [": φ is negative all over the faces of its box: outward is where φ > 0, so write −φ, or widen the box"]
-    return _roughness(surface, _crossings(surface, x, phi), float(np.abs(phi[np.isfinite(phi)]).max()))
+        side = "positive" if (phi > 0).all() else "never positive"
+        text = (
+            f": φ is {side} at the {SAMPLES}³ points sampled in its box, so that no surface φ = 0 is found: "
+            f"fit the box closely to the surface, and check that φ changes sign"
+        )
+        return Inspection(closed, [text])
+    if (faces <= 0).all():
+        text = ": φ is negative all over the faces of its box: outward is where φ > 0, so write −φ, or widen the box"
+        return Inspection(closed, [text])
+    return Inspection(closed, _roughness(surface, _crossings(surface, x, phi), largest))
 
 
 def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -47,10 +57,6 @@ def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     axes = [np.linspace(a, b, SAMPLES) for a, b in zip(low, high, strict=True)]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     return x, surface.phi(x)
-
-
-def _faces(phi: np.ndarray) -> np.ndarray:
-    return np.concatenate([np.take(phi, (0, -1), axis=axis).ravel() for axis in range(3)])
 
 
 def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
@@ -70,29 +76,29 @@ def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
     return inside
 
 
-def _roughness(surface: Surface, x: np.ndarray, scale: float) -> list[str]:
-    """A jump of φ, or a place on the surface where ∇φ vanishes; ``scale``: the largest |φ| in the box."""
-    phi, g, H = surface.phi(x), surface.gradient(x), surface.hessian(x)
-    jump = ~(np.abs(phi) < 1e-6 * scale) | ~np.isfinite(g).all(axis=-1) | ~np.isfinite(H).all(axis=(-1, -2))
+def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
+    """A jump of φ, or a point on the surface where ∇φ vanishes; ``largest``: the largest |φ| in the box."""
+    phi, (_, g, H) = surface.phi(x), surface.derivatives(x)
+    jump = ~(np.abs(phi) < 1e-6 * largest) | ~np.isfinite(g).all(axis=-1) | ~np.isfinite(H).all(axis=(-1, -2))
     if jump.any():
-        return [f": φ is not smooth where it changes sign at {_shown(x[jump][0])}"]
+        return [f": φ is not smooth where it changes sign at {_point(x[jump][0])}"]
     size = np.linalg.norm(g, axis=-1)
     extent = float(np.linalg.norm(np.subtract(*surface.box)))
-    if (flat := size * extent < FLAT * scale).any():
+    if (flat := size * extent < FLAT * largest).any():
         return [_no_gradient(x[flat][0])]
     suspects = np.argsort(size / (np.linalg.norm(H, axis=(-1, -2)) + size / extent))[:SUSPECTS]
     found = _critical_points(surface, x[suspects])
-    size = np.linalg.norm(surface.gradient(found), axis=-1)
-    on_surface = (np.abs(surface.phi(found)) < 1e-10 * scale) & (size * extent < FLAT * scale)
+    phi, g, _ = surface.derivatives(found)
+    on_surface = (np.abs(phi) < 1e-10 * largest) & (np.linalg.norm(g, axis=-1) * extent < FLAT * largest)
     return [_no_gradient(found[on_surface][0])] if on_surface.any() else []
 
 
 def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:
-    """Where Newton steps on ∇φ = 0 from points [n, 3] come to rest inside the box."""
+    """Where Newton's iteration for ∇φ = 0 from points [n, 3] converges inside the box."""
     low, high = surface.box
     step = np.full_like(x, np.inf)
     for _ in range(60):
-        g, H = surface.gradient(x), surface.hessian(x)
+        _, g, H = surface.derivatives(x)
         kept = np.isfinite(g).all(axis=-1) & np.isfinite(H).all(axis=(-1, -2))
         kept &= (x >= low).all(axis=-1) & (x <= high).all(axis=-1)
         step = np.einsum("nij,nj->ni", np.linalg.pinv(H[kept], rcond=1e-9), g[kept])
@@ -102,10 +108,10 @@ def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:
 
 def _no_gradient(x: np.ndarray) -> str:
     return (
-        f": ∇φ vanishes on the surface at {_shown(x)}, so that it has no normal there: it crosses itself, ends in a "
-        f"tip, or φ only touches zero"
+        f": ∇φ vanishes on the surface at {_point(x)}, so that the surface has no normal there: it crosses itself, "
+        f"ends in a tip, or φ touches zero without changing sign"
     )
 
 
-def _shown(x: np.ndarray) -> str:
+def _point(x: np.ndarray) -> str:
     return "(" + ", ".join(f"{value + 0.0:.4g}" for value in x) + ")"

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
 
 
 class Mesh(NamedTuple):
@@ -36,9 +36,9 @@ def triangulate(surface: Surface, cells: int = 96) -> Mesh:
 
 
 def follow(mesh: Mesh, surface: Surface) -> tuple[Mesh, int]:
-    """A mesh carried along the normals onto a surface that has moved a little, and how many points lost it.
+    """A mesh moved along its normals onto a surface that has moved a little, and how many points did not reach it.
 
-    The triangles stay the same; a lost point, one that would have to go further than a tenth of the box, stays too.
+    The triangles stay the same. A point that would have to move by more than a tenth of the box stays where it is.
     """
     low, high = surface.box
     size = float(np.linalg.norm(high - low))

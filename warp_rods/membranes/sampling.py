@@ -1,31 +1,32 @@
-"""Where filaments start: uniform in area and isotropic in angle."""
+"""Random points on a surface, uniform in area, and random directions there, isotropic in angle."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from warp_rods.errors import SceneError
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface
 
 LINES = 500
+"""Lines that are drawn at once."""
 SAMPLES = 256
-"""Points on each line at which the sign of φ is looked at."""
+"""Points on each line at which the sign of φ is taken."""
 
 
 def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
     """Points [count, 3] on the surface (of an open one: on the patch in its box), uniform in area.
 
     Crofton: straight lines, isotropic and uniform in offset, meet every piece of surface in proportion to its
-    area. Raises SceneError where lines through the box find no surface.
+    area. Raises SceneError where lines through the box meet no surface.
     """
     found: list[np.ndarray] = []
-    wanted = 4 * count  # drawn from more, so that points of one line seldom meet again
+    wanted = 4 * count  # a quarter is kept, so that few points come from one line
     while sum(map(len, found)) < wanted:
         points = _crossings(surface, LINES, rng)
         found.append(points)
         if len(found) == 10 and not sum(map(len, found)):
             low, high = surface.box
-            raise SceneError(f"surface: no point of φ = 0 was found in its box {low.tolist()} to {high.tolist()}")
+            raise SceneError(f"placement: no point of φ = 0 was found in the box {low.tolist()} to {high.tolist()}")
     return rng.choice(np.concatenate(found), size=count, replace=False)
 
 

@@ -1,1 +1,7 @@
-"""Scenes: TOML or Python to a checked, frozen description of a run; nothing is built here."""
+"""Scenes: what a run simulates, read from TOML or given in Python, checked and frozen. Nothing is built here.
+
+scene                                the whole: ``Scene.load(path)``, ``Scene.parse(text)``, ``Scene(...)``
+filaments, swimmers, box, tables     the tables of a scene
+ensemble, per_rod                    what the tables of rods have in common
+checks                               the base class of tables: every fault in one message
+"""

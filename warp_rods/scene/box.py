@@ -1,67 +1,58 @@
-"""The table [box] of a scene: where swimmers live, and what keeps them there."""
+"""The table [box] of a scene: the space in which swimmers live."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, PlainValidator
+from pydantic import Field
 
-from warp_rods.membranes import in_time
-from warp_rods.scene.checks import Faults, Table, a_number, fault, refuse, row
-from warp_rods.scene.tables import Surface
+from warp_rods.membranes import motion
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.tables import SurfaceTable
+from warp_rods.values import Positive, shown
 
-Positive = Annotated[float, a_number("positive")]
+__all__ = ["AXES", "Box", "Wall"]
 
 KINDS: dict[str, dict[str, Any]] = {
     "periodic": {},
     "slab": {"wall": {}},
     "container": {"side": "inside", "wall": {}},
 }
-"""Kind of a box → the keys that are not of every kind, and their defaults."""
+"""Kind of box → defaults of the keys that only some kinds have."""
 KEYS = {
     "periodic": {"size", "fraction"},
     "slab": {"size", "fraction", "height", "wall"},
     "container": {"surface", "side", "wall"},
 }
+"""Kind of box → its keys."""
 AXES = {"periodic": 3, "slab": 2}
 """How many axes have a period."""
 
 
-def _size() -> PlainValidator:
-    def check(value: Any) -> tuple[float, ...]:
-        faults: Faults = []
-        length = len(value) if isinstance(value, (list, tuple)) else 0
-        read = row(value, ("positive",) * (length if length in AXES.values() else 3), (), faults)
-        refuse(faults)
-        return read
-
-    return PlainValidator(check)
-
-
 class Wall(Table):
-    """A soft wall: from a distance δ = ``range`` before it rods are pushed back by k (d + δ) per length."""
+    """A soft wall: where d > −δ it pushes rods back by k (d + δ) per length, d the distance outside it, δ its range."""
 
     strength: Positive = Field(default=2000.0, description="a positive number: force per length and depth")
-    range: Positive = Field(default=0.05, description="a positive number: how far before the wall it begins to push")
+    range: Positive = Field(default=0.05, description="a positive number: how far from the wall it begins to push")
 
 
 class Box(Table):
     """Where swimmers live: a periodic box, a slab between two walls, or in or around a surface."""
 
     kind: Literal["periodic", "slab", "container"] = Field(description='"periodic", "slab" or "container"')
-    size: Annotated[tuple[float, ...], _size()] | None = Field(
-        default=None, description="positive numbers: the periods along x, y and z (of a slab along x and y)"
+    size: tuple[Positive, ...] | None = Field(
+        default=None, description="positive numbers: the periods along x, y and z (of a slab: along x and y)"
     )
     fraction: Positive | None = Field(
         default=None,
-        description="a positive number below 1: the share of the volume (of a slab of the area) that swimmers fill",
+        description="a positive number below 1: the share of the volume (of a slab: of the area) that swimmers fill",
     )
     height: Positive | None = Field(default=None, description="a positive number: the distance of a slab's walls")
-    surface: Surface | None = Field(
+    surface: SurfaceTable | None = Field(
         default=None, description='a table as [surface], such as { kind = "sphere", radius = 3.0 }'
     )
     side: Literal["inside", "outside"] | None = Field(
-        default=None, description='"inside" or "outside": where of a container swimmers are'
+        default=None, description='"inside" or "outside": on which side of the surface swimmers are'
     )
     wall: Wall | None = Field(default=None, description="a table { strength, range }")
 
@@ -89,24 +80,26 @@ class Box(Table):
 
 
 def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-    """Faults of size and fraction, of which a periodic box has one, and of a container that moves."""
+    """Faults of the size and the fraction, of which a periodic box needs one, and of a container that moves."""
     faults = []
     if "size" in raw and "fraction" in raw:
         faults.append(fault((), raw, ": size and fraction: one follows from the other; give one of them"))
     if kind == "periodic" and not raw.keys() & {"size", "fraction"}:
         faults.append(fault((), raw, ": size or fraction: missing; give one of them"))
     if "size" in good and kind in AXES and len(good["size"]) != AXES[kind]:
-        text = f" = {list(good['size'])}: must be {AXES[kind]} positive numbers for a {kind} box"
+        text = f" = {shown(good['size'])}: must be {AXES[kind]} positive numbers for a {kind} box"
         faults.append(fault(("size",), good["size"], text))
     if "fraction" in good and not good["fraction"] < 1:
         faults.append(fault(("fraction",), good["fraction"], f" = {good['fraction']:g}: must be below 1"))
-    if "surface" in good and kind == "container" and in_time.moving(good["surface"]):
-        faults.append(fault(("surface",), good["surface"], ": a container must rest: give numbers, no texts in t"))
+    if "surface" in good and kind == "container" and motion.is_moving(good["surface"]):
+        faults.append(
+            fault(("surface",), good["surface"], ": a container cannot move: give numbers, not formulas in t")
+        )
     return faults
 
 
 def _wall_faults(good: dict[str, Any]) -> Faults:
-    """Walls that overlap: at z = 0, where one hands over to the other, the force would jump."""
+    """Walls that overlap: the force would jump at z = 0, where the nearer wall changes."""
     least = 2 * good["wall"].get("range", Wall.model_fields["range"].default)
     text = f" = {good['height']:g}: must be at least {least:g}, twice the range of the walls"
     return [fault(("height",), good["height"], text)] if good["height"] < least else []

@@ -1,34 +1,24 @@
-"""How a scene's tables are checked so that one message names every fault: number rules, the base class."""
+"""The base class of a scene's tables: pydantic checks each value, and one message names every fault in our words."""
 
 from __future__ import annotations
 
-import difflib
-import math
-import re
-import sys
-from collections.abc import Callable, Iterable
+from collections import Counter
+from inspect import Parameter, Signature, cleandoc
 from typing import Any
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from warp_rods.scene.toml import bare_or_quoted, literal
+from warp_rods.scene.per_rod import TAGS
+from warp_rods.values import hint, must_be, nearest, plain
 
-RULES: dict[str, Callable[[float], bool]] = {
-    "any number": lambda x: True,
-    "positive": lambda x: x > 0,
-    "zero or more": lambda x: x >= 0,
-}
-"""What a finite number may be asked to be."""
+__all__ = ["Faults", "Table", "fault"]
 
 Faults = list[InitErrorDetails]
-Rows = tuple["float | tuple[float, ...]", ...]
-
-QUOTED_NUMBER = re.compile(r"\s*[-+]?[0-9][-+0-9.eE_]*\s*")
 
 MOST_VALUES_NAMED = 5
-"""Of a list with many wrong values this many are named one by one, the others counted."""
+"""Of many wrong values in a list this many are named one by one, and the others counted."""
 
 
 def fault(loc: tuple, value: Any, text: str) -> InitErrorDetails:
@@ -36,168 +26,30 @@ def fault(loc: tuple, value: Any, text: str) -> InitErrorDetails:
     return InitErrorDetails(type=PydanticCustomError("fault", "{text}", {"text": text}), loc=loc, input=value)
 
 
-def wrong(loc: tuple, value: Any, note: str = "") -> InitErrorDetails:
-    """A value that is not what its key's description asks for; its table writes the line."""
-    return InitErrorDetails(type=PydanticCustomError("wrong", "{note}", {"note": note}), loc=loc, input=value)
+def _own_members(table: type[BaseModel]) -> list[str]:
+    """The names that our classes define: ``help`` shows these, and not pydantic's manual."""
+    ours = [vars(base) for base in table.__mro__ if issubclass(base, Table)]
+    return sorted({name for members in ours for name in members if not name.startswith(("_", "model_"))})
 
 
-def refuse(faults: Faults, title: str = "value") -> None:
-    """Raises a ValidationError of these faults, if there are any."""
-    if faults:
-        raise ValidationError.from_exception_data(title, faults)
+_Described: Any = type("_Described", (type(BaseModel),), {"__dir__": _own_members})
+"""The metaclass of tables, whose ``dir``, and hence ``help``, is of their own members."""
 
 
-def shown(value: Any) -> str:
-    """The value as the scene has it, shortened."""
-    text = literal(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
+    """A table of a scene: frozen, without unknown keys. The description of a field says what its key allows."""
 
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-def nearest(word: Any, known: Iterable[str]) -> str:
-    """A hint with the known word that looks most like this one, or nothing."""
-    close = difflib.get_close_matches(str(word), list(known), n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
-
-
-def key_path(loc: tuple) -> str:
-    """("filaments", 0, "length") as ``filaments[0].length``."""
-    parts = [f"[{part}]" if isinstance(part, int) else "." + bare_or_quoted(part) for part in loc]
-    return "".join(parts).removeprefix(".")
-
-
-def plain(value: Any) -> Any:
-    """The same with tables as dicts with text keys and arrays as lists, as TOML would have given it."""
-    if isinstance(value, BaseModel):
-        return plain(value.model_dump(exclude_none=True))
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items() if item is not None}
-    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
-
-
-def number(value: Any, rule: str, loc: tuple, faults: Faults) -> float:
-    """The value as a float; where it is not finite or breaks the rule, adds a fault and returns NaN."""
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        # Adding zero turns −0 into 0, so that equal scenes have equal hashes.
-        x = float(value) + 0.0 if abs(value) <= sys.float_info.max else math.nan
-        if math.isfinite(x) and RULES[rule](x):
-            return x
-        note = "" if math.isfinite(x) else "it must be finite"
-    else:
-        note = "leave out the quotes" if isinstance(value, str) and QUOTED_NUMBER.fullmatch(value) else ""
-    faults.append(wrong(loc, value, note))
-    return math.nan
-
-
-def row(value: Any, rules: tuple[str, ...], loc: tuple, faults: Faults) -> tuple[float, ...]:
-    """A list of numbers, one a rule; adds faults as ``number`` does."""
-    if not isinstance(value, (list, tuple)) or len(value) != len(rules):
-        faults.append(wrong(loc, value))
-        return ()
-    return tuple(number(v, rules[i], (*loc, i), faults) for i, v in enumerate(value))
-
-
-def _refuse_list(value: Any, faults: Faults) -> None:
-    named, others = faults[:MOST_VALUES_NAMED], len(faults) - MOST_VALUES_NAMED
-    refuse(named + ([wrong((), value, f"{others} more of its values are wrong")] if others > 0 else []))
-
-
-def a_number(rule: str) -> PlainValidator:
-    """Validator of one number."""
-
-    def check(value: Any) -> float:
-        faults: Faults = []
-        x = number(value, rule, (), faults)
-        refuse(faults)
-        return x
-
-    return PlainValidator(check)
-
-
-def number_each(rule: str) -> PlainValidator:
-    """Validator of a number, or a list with one for each rod."""
-
-    def check(value: Any) -> float | tuple[float, ...]:
-        faults: Faults = []
-        if isinstance(value, (list, tuple)):
-            read: Any = tuple(number(v, rule, (i,), faults) for i, v in enumerate(value))
-        else:
-            read = number(value, rule, (), faults)
-        _refuse_list(value, faults)
-        return read
-
-    return PlainValidator(check)
-
-
-def numbers(rule: str) -> PlainValidator:
-    """Validator of a list of numbers."""
-
-    def check(value: Any) -> tuple[float, ...]:
-        faults: Faults = []
-        if not isinstance(value, (list, tuple)):
-            refuse([wrong((), value)])
-        read = tuple(number(v, rule, (i,), faults) for i, v in enumerate(value))
-        _refuse_list(value, faults)
-        return read
-
-    return PlainValidator(check)
-
-
-def _all_rows(value: Any, rules: tuple[str, ...], faults: Faults) -> tuple[tuple[float, ...], ...]:
-    return tuple(row(v, rules, (i,), faults) for i, v in enumerate(value))
-
-
-def vector_each(*rules: str) -> PlainValidator:
-    """Validator of a list of numbers, one a rule, or a list of such lists, one for each rod."""
-
-    def check(value: Any) -> tuple:
-        faults: Faults = []
-        is_rows = isinstance(value, (list, tuple)) and any(isinstance(v, (list, tuple)) for v in value)
-        read: tuple = _all_rows(value, rules, faults) if is_rows else row(value, rules, (), faults)
-        _refuse_list(value, faults)
-        return read
-
-    return PlainValidator(check)
-
-
-def point_each(may_be_zero: bool = True) -> PlainValidator:
-    """Validator of a list of points or directions [x, y, z], one for each rod."""
-
-    def check(value: Any) -> tuple[tuple[float, ...], ...]:
-        faults: Faults = []
-        if not isinstance(value, (list, tuple)):
-            refuse([wrong((), value)])
-        read = _all_rows(value, ("any number",) * 3, faults)
-        if not may_be_zero:
-            faults += [wrong((i,), v, "it has no direction") for i, v in enumerate(read) if v == (0.0,) * 3]
-        _refuse_list(value, faults)
-        return read
-
-    return PlainValidator(check)
-
-
-def rows_each() -> PlainValidator:
-    """Validator of a number, or a list with a number or a list of numbers for each rod."""
-
-    def read(value: Any, loc: tuple, faults: Faults) -> Any:
-        if len(loc) < 2 and isinstance(value, (list, tuple)):
-            return tuple(read(v, (*loc, i), faults) for i, v in enumerate(value))
-        return number(value, "any number", loc, faults)
-
-    def check(value: Any) -> float | Rows:
-        faults: Faults = []
-        rows = read(value, (), faults)
-        _refuse_list(value, faults)
-        return rows
-
-    return PlainValidator(check)
-
-
-class Table(BaseModel):
-    """A table of a scene: frozen, no unknown keys; a field's description is what its key allows."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
+        """Add the keys, and what each may be, to the docstring; keep pydantic's types out of the signature."""
+        fields = cls.model_fields
+        keys = [f"{name}: {field.description}" for name, field in fields.items()]
+        cls.__doc__ = "\n".join([f"{cleandoc(cls.__doc__ or '')}\n", *keys])
+        cls.__signature__ = Signature(
+            [Parameter(name, Parameter.KEYWORD_ONLY, default=_default(field)) for name, field in fields.items()]
+        )
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -206,7 +58,7 @@ class Table(BaseModel):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        """Faults between keys: ``raw`` is the table as given, ``good`` what of it is right by itself."""
+        """Faults between keys: ``raw`` is the table as given, ``good`` the part of it without faults of its own."""
         return []
 
     @model_validator(mode="wrap")
@@ -218,26 +70,50 @@ class Table(BaseModel):
         try:
             made = handler(raw)
         except ValidationError as error:
-            faults = [cls._own_words(line) for line in error.errors(include_url=False)]
+            faults = cls._in_our_words(error.errors(include_url=False))
         if isinstance(raw, dict):
             bad = {line["loc"][0] for line in faults}
             faults += cls.cross_faults(raw, {key: raw[key] for key in raw if key not in bad})
-        refuse(faults, cls.__name__)
+        if faults:
+            raise ValidationError.from_exception_data(cls.__name__, faults)
         return made
 
     @classmethod
-    def _own_words(cls, line: Any) -> InitErrorDetails:
-        """The line of an error in this table; errors of tables in it have been put into words by those."""
-        kind, loc, value = line["type"], line["loc"], line["input"]
+    def _in_our_words(cls, errors: list[ErrorDetails]) -> Faults:
+        """Faults for the errors of this table, a few for each key; tables within it have worded theirs already."""
+        found, named = dict[Any, InitErrorDetails](), Counter[Any]()
+        for error in errors:
+            said = cls._in_words(error)
+            key = said["loc"][:1]
+            named[key] += error["type"] != "fault"
+            if named[key] <= MOST_VALUES_NAMED:
+                found.setdefault((said["loc"], str(said["type"])), said)
+        faults = list(found.values())
+        for key, count in named.items():
+            if count > MOST_VALUES_NAMED:
+                text = f": {count - MOST_VALUES_NAMED} more of its values are wrong"
+                faults.append(fault(key, None, text))
+        return faults
+
+    @classmethod
+    def _in_words(cls, error: ErrorDetails) -> InitErrorDetails:
+        kind, value = error["type"], error["input"]
+        loc = tuple(part for part in error["loc"] if part not in TAGS)
         if kind == "fault":
-            return fault(loc, value, line["msg"])
+            return fault(loc, value, error["msg"])
         if not loc:
-            return wrong(loc, value)
+            return InitErrorDetails(type=PydanticCustomError("no_table", ""), loc=loc, input=value)
         known = cls.model_fields
         if kind == "extra_forbidden":
             return fault(loc, value, f": unknown key{nearest(loc[0], known)}; known here: {', '.join(known)}")
-        allowed = known[loc[0]].description
-        if kind == "missing":
-            return fault(loc, value, f": missing; must be {allowed}")
-        note = f"; {line['msg']}" if kind == "wrong" and line["msg"] else ""
-        return fault(loc, value, f" = {shown(value)}: must be {allowed}{note}")
+        if kind == "missing" and len(loc) == 1:
+            value = None
+        elif kind == "missing":  # numbers at the end of a list that is too short
+            loc = loc[:-1]
+        allowed = known[str(loc[0])].description or ""
+        note = error["msg"] if kind == "note" else hint(kind, value)
+        return fault(loc, value, must_be(allowed, value, note))
+
+
+def _default(field: FieldInfo) -> Any:
+    return Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)

@@ -5,32 +5,36 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import Field, ValidationError
 
 from warp_rods.errors import SceneError
-from warp_rods.kernels.contact.steric import REACH
-from warp_rods.membranes.surfaces import KINDS, faults_in_time
+from warp_rods.kernels.contact.reach import REACH
+from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
-from warp_rods.scene.checks import Faults, Table, fault, key_path, plain, shown
-from warp_rods.scene.ensembles import Filaments, Swimmers
-from warp_rods.scene.tables import Steric, Surface, Time, Units
-from warp_rods.scene.toml import document
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.filaments import Filaments
+from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.tables import Steric, SurfaceTable, Time, Units
+from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """A whole run: frozen, comparable, picklable. Parts may be given as dicts, arrays or their own classes.
+    """What a run simulates: frozen, comparable, picklable.
 
-    Raises SceneError with a line for each fault.
+    Tables may be given as dicts or as their own classes, numbers as Python's or NumPy's, rows as lists, tuples or
+    arrays. Raises SceneError with a line for each fault.
     """
 
     title: str = Field(default="", description="text in quotes")
-    seed: int = Field(default=0, ge=0, lt=2**63, strict=True, description="a whole number from 0 to 2^63 − 1")
-    surface: Surface | None = Field(default=None, description="a table, [surface]")
+    seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
+    surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
     box: Box | None = Field(default=None, description="a table, [box]")
@@ -46,24 +50,30 @@ class Scene(Table):
 
     @classmethod
     def load(cls, path: str | Path) -> Scene:
-        """The scene in a TOML file; raises SceneError for a file that cannot be read, too."""
+        """The scene in a TOML file; raises SceneError, also for a file that cannot be read."""
+        if not isinstance(path, (str, os.PathLike)):
+            raise SceneError(f"path = {shown(path)}: must be the path of a scene file")
         try:
-            return cls.parse(Path(path).read_text(encoding="utf-8-sig"), Path(path).resolve().parent)
+            text = Path(path).read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file") from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise SceneError(f"{path}: cannot be read as text: {error}") from None
+        try:
+            return cls.parse(text, Path(path).resolve().parent)
         except SceneError as error:
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
-    def parse(cls, scene: str | Mapping[str, Any], folder: Path = Path()) -> Scene:
+    def parse(cls, scene: str | Mapping[str, Any], folder: str | Path = "") -> Scene:
         """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
 
-        Paths in a text start at ``folder``.
+        Relative paths in a text start at ``folder``.
         """
+        if isinstance(scene, Mapping):
+            return cls(**plain(scene))
         if not isinstance(scene, str):
-            return cls(**plain(dict(scene)))
+            raise SceneError(f"scene = {shown(scene)}: must be TOML text or a mapping of its tables")
         try:
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
@@ -71,15 +81,29 @@ class Scene(Table):
         box = tables.get("box")
         for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
             if isinstance(surface, dict) and isinstance(surface.get("file"), str):
-                surface["file"] = str(folder / surface["file"])
+                surface["file"] = str(Path(folder) / surface["file"])
         return cls(**tables)
+
+    def __repr__(self) -> str:
+        ensembles = [
+            f"{table.name} ({table.count} {kind if table.count > 1 else kind.removesuffix('s')})"
+            for kind in ("filaments", "swimmers")
+            for table in getattr(self, kind)
+        ]
+        title = f" {shown(self.title)}" if self.title else ""
+        parts = [f"<Scene{title}: {', '.join(ensembles)}"]
+        parts += [f"surface {self.surface.kind}"] if self.surface else []
+        parts += [f"box {self.box.kind}"] if self.box else []
+        return "; ".join([*parts, *(["steric"] if self.steric else []), f"until t = {self.time.end:g}>"])
+
+    __str__ = __repr__
 
     def to_toml(self) -> str:
         """The scene as TOML text with every default filled in; ``parse`` gives an equal scene back."""
-        return document(self._tables())
+        return tomli_w.dumps(self._tables())
 
     def hash(self) -> str:
-        """SHA-256 (hex) of the content, defaults included, whatever the file's order and spelling."""
+        """SHA-256 (hex) of the content, defaults included; the order and spelling of a file make no difference."""
         return hashlib.sha256(json.dumps(self._tables(), sort_keys=True).encode()).hexdigest()
 
     def _tables(self) -> dict[str, Any]:
@@ -87,18 +111,19 @@ class Scene(Table):
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """With swimmers in a box at random where the scene does not place them."""
+        """Swimmers in a box are placed at random where the scene does not place them."""
         swimmers = data.get("swimmers")
-        if "box" not in data or not isinstance(swimmers, list):
+        if "box" not in data or not isinstance(swimmers, tuple):
             return data
-        placed = [{"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers]
+        placed = tuple({"placement": "random", **table} if isinstance(table, dict) else table for table in swimmers)
         return {**data, "swimmers": placed}
 
     @property
     def period(self) -> tuple[float, float, float]:
         """The period of the box along each axis, 0 where there is none; length.
 
-        A ``fraction`` of the volume, or of a slab's area, is that of cells as wide as the steric core.
+        Where the box has a ``fraction``, cells as wide as the steric core fill that share of its volume, or of the
+        area of a slab.
         """
         if self.box is None or self.box.kind not in AXES:
             return (0.0, 0.0, 0.0)
@@ -116,28 +141,28 @@ class Scene(Table):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
         if raw.get("filaments") and "surface" not in raw:
-            text = f": missing; filaments live on one: add [surface] with a kind of {', '.join(KINDS)}"
+            text = f": missing; filaments need one: add [surface] with a kind, one of {', '.join(KINDS)}"
             faults.append(fault(("surface",), raw, text))
         if "surface" in good and "time" in good:
             values = {key: value for key, value in good["surface"].items() if key != "kind"}
-            found = faults_in_time(good["surface"]["kind"], values, good["time"]["end"])
-            faults += [fault(("surface",), raw, text) for text in found]
+            found = motion_faults(good["surface"]["kind"], values, good["time"]["end"])
+            faults += [fault(("surface", *loc), raw, text) for loc, text in found]
         return faults
 
 
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
-    """The periods of a box of which cells of length 1 and this width fill the fraction."""
+    """The periods of a box such that cells of length 1 and this width fill a fraction of it."""
     filled = cells * width * (1.0 if kind == "slab" else math.pi / 4 * width)
     return ((filled / fraction) ** (1 / AXES[kind]),) * AXES[kind]
 
 
 def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-    """Faults between the box, the swimmers that live there and their sterics."""
+    """Faults between the box, the swimmers in it and their steric repulsion."""
     faults: Faults = []
     tables = good.get("swimmers") or ()
     if "box" not in raw:
         return [
-            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] for its room")
+            fault(("swimmers", i, "placement"), table, f" = {shown(table['placement'])}: needs a [box] to fill")
             for i, table in enumerate(tables)
             if isinstance(table.get("placement"), str)
         ]
@@ -145,7 +170,7 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     if not raw.get("swimmers"):
         faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
     if box and "fraction" in box and "steric" not in raw:
-        text = f" = {box['fraction']:g}: is that of cells as wide as the steric core: add [steric], or give size"
+        text = f" = {box['fraction']:g}: refers to cells as wide as the steric core: add [steric], or give size"
         faults.append(fault(("box", "fraction"), box, text))
     return faults + (_width_faults(box, steric, tables) if box and steric else [])
 
@@ -156,7 +181,7 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
     walls = box and box["kind"] != "periodic"
     felt = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
     forces = [name for name, there in felt.items() if there]
-    text = f" = true: not with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
+    text = f" = true: not possible with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
     return [
         fault(("swimmers", i, "symmetric"), table, text)
         for i, table in enumerate(good.get("swimmers") or ())
@@ -165,9 +190,9 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
 
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
-    """Of a node only the nearest image is felt: a box is to be wider than the reach to both sides."""
+    """Only the nearest image of a node is felt: a box must be wider than the reach to both sides."""
     least = 2 * REACH * steric["range"]
-    said = f"must be above {least:g}, twice the reach of the sterics, 8 ranges"
+    said = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
     if "size" in box:
         text = f" = {shown(box['size'])}: {said}"
         return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
@@ -179,16 +204,16 @@ def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[
 
 
 def _name_faults(raw: dict[str, Any]) -> Faults:
-    """Ensembles that share a name; case is not enough to tell two folders apart on every disk."""
+    """Ensembles that share a name, or differ in case only: not every file system tells such folders apart."""
     first: dict[str, str] = {}
     faults = []
     for key in ("filaments", "swimmers"):
         tables = raw.get(key)
-        for i, table in enumerate(tables if isinstance(tables, list) else []):
+        for i, table in enumerate(tables if isinstance(tables, tuple) else []):
             name = table.get("name") if isinstance(table, dict) else None
             owner = first.setdefault(str(name).lower(), key_path((key, i)))
             if isinstance(name, str) and owner != key_path((key, i)):
-                text = f" = {shown(name)}: is the name of {owner} already; each ensemble needs its own"
+                text = f" = {shown(name)}: is already the name of {owner}; each ensemble needs its own"
                 faults.append(fault((key, i, "name"), name, text))
     return faults
 

@@ -14,16 +14,18 @@ from warp_rods.contact import barrier
 from warp_rods.contact.overlap import Space, overlapping, without_overlap
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
-from warp_rods.membranes import surfaces
-from warp_rods.membranes.kinds import SPARE
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.built_in import SPARE
+from warp_rods.membranes.catalogue import GIVEN
+from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
-from warp_rods.scene import ensembles as scene_ensembles
+from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
+from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.surfaces import build_surfaces
 
 SWIMMER_STEP = 1e-3
 """Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
@@ -44,6 +46,9 @@ class Layout:
     scene: Scene
     device: Any
     surface: Surface | None = None
+    """The membrane."""
+    container: Surface | None = None
+    """The surface of the box."""
     ensembles: dict[str, Any] = field(default_factory=dict)
     limits: dict[str, StepLimit] = field(default_factory=dict)
     crowds: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
@@ -63,11 +68,9 @@ class Layout:
 
 def lay_out(scene: Scene, device) -> Layout:
     """Every ensemble of the scene on the device; raises SceneError naming the table that cannot be laid out."""
-    layout = Layout(scene, device)
-    if scene.surface:
-        layout.surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
-        if layout.surface.kind in surfaces.GIVEN and not layout.surface.closed:
-            layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
+    layout = Layout(scene, device, *build_surfaces(scene))
+    if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
+        layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
     tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
     # Rods that find their places themselves keep clear of those whose places are given, wherever these stand.
     for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):
@@ -80,7 +83,7 @@ def lay_out(scene: Scene, device) -> Layout:
         sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
         layout.notes.append(f"box: periods {sides}, {sum(t.count for t in scene.swimmers)} swimmers")
     for table in scene.swimmers:
-        if out := crowd.outside(scene, layout.ensembles[table.name].position):
+        if out := crowd.outside(scene, layout.container, layout.ensembles[table.name].position):
             layout.warnings.append(
                 f"{table.name}: {out} rods start through a wall of the box and will be flung back: place them inside"
             )
@@ -111,7 +114,7 @@ def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:
     return found
 
 
-def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
+def _filaments(layout: Layout, table: Filaments) -> None:
     surface, scene = layout.surface, layout.scene
     assert surface is not None  # the scene is refused without one
     times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
@@ -146,7 +149,7 @@ def _filaments(layout: Layout, table: scene_ensembles.Filaments) -> None:
     layout.warnings += coarse[-1:]
 
 
-def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.ndarray) -> list[str]:
+def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[str]:
     """A line where nodes are too far apart for the surface's curvature or the preferred one."""
     spacing = float(np.max(table.length)) / (table.nodes - 1)
     bend = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
@@ -160,13 +163,13 @@ def _unresolved(surface: Surface, table: scene_ensembles.Filaments, points: np.n
     ]
 
 
-def _some(growth: scene_ensembles.Growth, rods: Any, count: int) -> dict[str, Any]:
+def _some(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
     return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
 
 
-def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
+def _check_length(surface: Surface, table: Filaments) -> None:
     low, high = surface.box
     around = math.pi * float((high - low).max()) / SPARE
     growth = table.growth
@@ -179,7 +182,7 @@ def _check_length(surface: Surface, table: scene_ensembles.Filaments) -> None:
         )
 
 
-def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with sterics, no two closer than the core or a node spacing."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
@@ -200,7 +203,7 @@ def _random(layout: Layout, table: scene_ensembles.Filaments, build: Callable) -
     return position, direction
 
 
-def _free_rods(layout: Layout, table: scene_ensembles.Swimmers, **placed) -> FreeRods:
+def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     return FreeRods(
         table.count,
@@ -217,12 +220,13 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     """Middle points and frames of all swimmers with this placement, which find their places together, by name."""
     tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
     shapes = {table.name: _free_rods(layout, table).position for table in tables}
-    poses, note = crowd.arranged(arrangement, layout.scene, shapes, layout.points, layout.random(arrangement))
+    rng = layout.random(arrangement)
+    poses, note = crowd.arranged(arrangement, layout.scene, layout.container, shapes, layout.points, rng)
     layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
     return poses
 
 
-def _swimmers(layout: Layout, table: scene_ensembles.Swimmers) -> None:
+def _swimmers(layout: Layout, table: Swimmers) -> None:
     placed: dict[str, np.ndarray] = {}
     if isinstance(table.placement, str):
         if table.placement not in layout.crowds:

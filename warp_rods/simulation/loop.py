@@ -37,7 +37,7 @@ class Simulation:
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
         self.notes = laid_out.notes
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
-        self._surroundings = Surroundings(scene, self.ensembles, self.device)
+        self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.refresh()
         self.contact = Contact(self.ensembles, self._surroundings, self.device)
         self.step_size, self.warnings = self._choose_step(laid_out.limits)

@@ -21,7 +21,7 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import from_midpoint
 from warp_rods.rods.per_rod import each_rod
-from warp_rods.scene.ensembles import Swimmers
+from warp_rods.scene.swimmers import Swimmers
 
 DEFAULTS = {
     "moment": 0.0, "drag_ratio": 2.0, "rotational_drag": 3e-3, "relaxation": 1e-2, "diffusion": 1e-3,

@@ -1,6 +1,6 @@
-"""The flagella of active rods: laws of their field f, and how it starts (thesis 4.12).
+"""The flagella of an ensemble: the law of their field f, and how it starts (thesis 4.12).
 
-A law is a row of ``LAWS`` and a function in ``kernels/free/flagella.py``; a profile is a row of ``PROFILES``.
+The tables of laws and profiles are in ``scene/flagella.py``.
 """
 
 from __future__ import annotations
@@ -15,39 +15,12 @@ from numpy.typing import ArrayLike
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import flagella as kernel
 from warp_rods.rods.per_rod import parameter
+from warp_rods.scene.flagella import LAWS, PROFILES
 
 MOST_NUMBERS = 4
 """Parameters of its own that a law may have."""
-
-
-@dataclass(frozen=True)
-class LawParameter:
-    """A number of a law, for all rods or one a rod: its default, and what it may be (``per_rod.RULES``)."""
-
-    default: float
-    allowed: str = "any finite number"
-
-
-@dataclass(frozen=True)
-class Law:
-    """A row of the table: the law's number in the kernels, and its own parameters in the order of ``numbers``."""
-
-    number: int
-    parameters: Mapping[str, LawParameter] = field(default_factory=dict)
-
-
-LAWS: dict[str, Law] = {
-    "relaxing": Law(int(kernel.RELAXING)),
-    "held": Law(int(kernel.HELD)),
-}
-"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: only the diffusion; with D = 0, f stays."""
-
-PROFILES: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
-    "tanh": lambda s, sharpness: -np.tanh(sharpness * s),
-    "piecewise": lambda s, sharpness: -np.sign(s),
-    "uniform": lambda s, sharpness: np.ones_like(s),
-}
-"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38), and pushing one way."""
+RULES = {"any number": "any finite number", "positive": "positive", "zero or more": "zero or more"}
+"""What a law asks of a parameter → the rule of ``per_rod``."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +56,7 @@ class Flagella:
         if not isinstance(given, Mapping):
             raise SceneError(f"flagella = {given!r}: must be a mapping, Flagella or None")
         own = [one.name for one in fields(cls) if one.name != "numbers"]
+        given = {name: value for name, value in given.items() if value is not None}
         law = named(LAWS, "flagella.law", given.get("law", cls.law))
         refuse_unknown(given, [*own, *law.parameters, "numbers"], "flagella")
         numbers = {name: value for name, value in given.items() if name in law.parameters}
@@ -111,13 +85,14 @@ class Flagella:
     @property
     def number(self) -> int:
         """The law's number in the kernels."""
-        return LAWS[self.law].number
+        return int(getattr(kernel, LAWS[self.law].kernel))
 
     def law_numbers(self, count: int) -> np.ndarray:
         """The law's own parameters [rod, 4] in its order, zeros after them; raises SceneError for impossible ones."""
         values = np.zeros((count, MOST_NUMBERS))
         for column, (name, row) in enumerate(LAWS[self.law].parameters.items()):
-            values[:, column] = parameter(f"flagella.{name}", self.numbers.get(name, row.default), count, row.allowed)
+            given = self.numbers.get(name, row.default)
+            values[:, column] = parameter(f"flagella.{name}", given, count, RULES[row.allowed])
         return values
 
 

@@ -1,0 +1,194 @@
+"""The built-in surfaces: their parameters, their boxes, and which values are impossible.
+
+To add one: a Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` in ``kernels/surface/fields.py``, and a row of ``SURFACES``
+with its name, its parameters and its box. Lengths are in the scene's unit. Importing this imports no kernels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warp_rods import formula
+from warp_rods.membranes import motion
+from warp_rods.membranes.level_set import Fault, LevelSet, Values
+from warp_rods.values import Number, Positive, must_be, number, shown
+
+__all__ = ["SPARE", "SURFACES", "Parameter", "SurfaceKind"]
+
+SPARE = 1.02
+"""Boxes are larger than the surfaces in them by this factor."""
+ALLOWED = {"positive": Positive, "any number": Number}
+"""What a parameter may be asked to be."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number (size 1) or three (size 3), all positive unless ``allowed`` is "any number"."""
+
+    size: int = 1
+    default: float | None = None
+    allowed: str = "positive"
+
+    def read(self, name: str, value: Any, faults: list[Fault]) -> Any:
+        """The value as numbers and formulas in t; adds to the faults what is wrong with it."""
+        if self.size == 1 and value is not None:
+            return self._read_one((name,), value, faults)
+        if not isinstance(value, tuple) or len(value) != self.size:
+            faults.append(((name,), must_be(self._words, value)))
+            return None
+        return tuple(self._read_one((name, i), part, faults) for i, part in enumerate(value))
+
+    @property
+    def _words(self) -> str:
+        noun = "number" if self.allowed == "any number" else f"{self.allowed} number"
+        return f"a {noun}" if self.size == 1 else f"{self.size} {noun}s"
+
+    def _read_one(self, loc: tuple[str | int, ...], value: Any, faults: list[Fault]) -> Any:
+        try:
+            if not isinstance(value, str):
+                return number(value, ALLOWED[self.allowed])
+            at_start = formula.function_of_time(value)(0.0)
+        except formula.FormulaError as error:
+            faults.append((loc, f" = {shown(value)}: must be {self._words}, or a formula in t: {error}"))
+        except ValueError as error:
+            faults.append((loc, must_be(self._words, value, str(error))))
+        else:
+            if self.allowed == "positive" and at_start <= 0:
+                faults.append((loc, f" = {shown(value)}: must be {self._words}, but is {at_start:g} at t = 0"))
+            return value.strip()
+        return None
+
+
+@dataclass(frozen=True)
+class SurfaceKind:
+    """A row of the table: a field with its parameters in the order of its vector p, a box, and impossible values."""
+
+    function: Any
+    """The Warp function x, p -> φ, ∇φ, ∇∇φ, or the name of one in ``kernels/surface/fields.py``."""
+    parameters: dict[str, Parameter]
+    box: Callable[[Values], tuple[float, float, float]]
+    """Half the edges of a box round the origin that holds the surface (of an open one: the patch that is used)."""
+    closed: bool = True
+    check: Callable[[Values], str | None] = lambda values: None
+    """What is impossible about these values, each already of the right type and sign."""
+
+    @property
+    def field(self) -> Any:
+        """The Warp function."""
+        if not isinstance(self.function, str):
+            return self.function
+        from warp_rods.kernels.surface import fields
+
+        return getattr(fields, self.function)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The names of the parameters."""
+        return tuple(self.parameters)
+
+    def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
+        """The values with defaults filled in, and what is wrong with them."""
+        faults: list[Fault] = []
+        values = {
+            name: parameter.read(name, raw.get(name, parameter.default), faults)
+            for name, parameter in self.parameters.items()
+        }
+        if not faults and (impossible := self.check(motion.values_at(values, 0.0))):
+            faults.append(((), f": {impossible}"))
+        return values, faults
+
+    def level_set(self, values: Values) -> LevelSet:
+        """The surface with these values."""
+        numbers = np.concatenate([np.atleast_1d(values[name]) for name in self.parameters])
+        half = (SPARE if self.closed else 1.0) * np.array(self.box(values))
+        return LevelSet(self.field, numbers, (-half, half), self.closed)
+
+
+def _torus_fault(v: Values) -> str | None:
+    if v["minor"] < v["major"]:
+        return None
+    return f"minor = {v['minor']} must be smaller than major = {v['major']}"
+
+
+def _cassini_fault(v: Values) -> str | None:
+    if v["b"] > v["a"]:
+        return None
+    said = f"b = {v['b']} must be larger than a = {v['a']}"
+    return f"{said}: at b = a the neck closes, and for b < a the surface is in two parts"
+
+
+def _undulated_fault(v: Values) -> str | None:
+    R, bumps, k = v["radius"], v["amplitude"], v["wavenumber"]
+    lowest = np.sqrt(max(R * R - 3 * bumps, 0.0))  # x·∇φ ≥ r (2r − √3 ε k) is positive from this radius on
+    if 2 * lowest > np.sqrt(3) * bumps * k:
+        return None
+    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break off; reduce either"
+
+
+def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
+    return radius, radius, half_length
+
+
+def _tube(radius: float, length: float) -> tuple[float, float, float]:
+    """Half the box of an open tube along z, which is cut where the scene says; a little larger across."""
+    return SPARE * radius, SPARE * radius, length / 2
+
+
+def _cassini_radius(a: float, b: float) -> float:
+    """Widest ρ: at z² = a² − b⁴/4a² while that is positive, else at z = 0."""
+    return b * b / (2 * a) if b * b < 2 * a * a else float(np.sqrt(b * b - a * a))
+
+
+def _undulated_radius(v: Values) -> float:
+    return float(np.sqrt(v["radius"] * v["radius"] + 3 * v["amplitude"]))
+
+
+SURFACES: dict[str, SurfaceKind] = {
+    "plane": SurfaceKind(
+        "plane",
+        {"size": Parameter(default=10.0)},
+        lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]),
+        closed=False,
+    ),
+    "sphere": SurfaceKind("sphere", {"radius": Parameter()}, lambda v: (v["radius"],) * 3),
+    "ellipsoid": SurfaceKind("ellipsoid", {"radii": Parameter(size=3)}, lambda v: tuple(v["radii"])),
+    "cylinder": SurfaceKind(
+        "cylinder",
+        {"radius": Parameter(), "length": Parameter(default=10.0)},
+        lambda v: _tube(v["radius"], v["length"]),
+        closed=False,
+    ),
+    "torus": SurfaceKind(
+        "torus",
+        {"major": Parameter(), "minor": Parameter()},
+        lambda v: _revolved(v["major"] + v["minor"], v["minor"]),
+        check=_torus_fault,
+    ),
+    "cassini": SurfaceKind(
+        "cassini",
+        {"a": Parameter(), "b": Parameter()},
+        lambda v: _revolved(_cassini_radius(v["a"], v["b"]), float(np.hypot(v["a"], v["b"]))),
+        check=_cassini_fault,
+    ),
+    "bridge": SurfaceKind(
+        "bridge",
+        {"neck": Parameter(), "body": Parameter(), "width": Parameter(), "length": Parameter(default=6.0)},
+        lambda v: _tube(max(v["neck"], v["body"]), v["length"]),
+        closed=False,
+    ),
+    "undulated": SurfaceKind(
+        "undulated",
+        {
+            "radius": Parameter(default=1.0),
+            "amplitude": Parameter(default=0.16),
+            "wavenumber": Parameter(default=5.0),
+        },
+        lambda v: (_undulated_radius(v),) * 3,
+        check=_undulated_fault,
+    ),
+}
+"""Built-in kinds of surface by their names in a scene."""

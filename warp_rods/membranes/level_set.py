@@ -1,0 +1,47 @@
+"""What every kind of surface comes down to: a field φ with its numbers, and the box that the surface lies in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+__all__ = ["Box", "Fault", "Kind", "LevelSet", "Values"]
+
+Box = tuple[np.ndarray, np.ndarray]
+"""Lower and upper corner [3]."""
+Values = Mapping[str, Any]
+"""The values of a table [surface] by their keys, without its kind."""
+Fault = tuple[tuple[str | int, ...], str]
+"""The key path of a wrong value below the table [surface], and the text that follows it in a message."""
+
+
+@dataclass(frozen=True)
+class LevelSet:
+    """A surface φ(x) = 0 with outward where φ > 0, at rest."""
+
+    field: Any
+    """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
+    numbers: np.ndarray
+    """The parameters of the field [8 at most], in the order of p.v."""
+    box: Box
+    closed: bool | None
+    """Whether the surface is closed; None where φ has to be sampled to know."""
+    grid: np.ndarray | None = None
+    """Spline coefficients [x, y, z] of a surface given on a grid."""
+
+
+class Kind(Protocol):
+    """A kind of surface: how its values are read, and the level set that they make."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys of its values."""
+
+    def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
+        """The values with defaults filled in, and what is wrong with them. Builds nothing."""
+
+    def level_set(self, values: Values) -> LevelSet:
+        """The surface with these values, all of them numbers at one time."""

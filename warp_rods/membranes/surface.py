@@ -1,0 +1,137 @@
+"""A surface φ(x) = 0, outward where φ > 0, at which φ and its derivatives can be evaluated."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
+from warp_rods.membranes import motion
+from warp_rods.membranes.level_set import Kind, LevelSet, Values
+from warp_rods.values import shown
+
+__all__ = ["INSTANT", "Surface"]
+
+INSTANT = 1e-5
+"""Half the time over which a moving surface's velocity is a difference quotient; its motion has no faster features."""
+
+
+class Surface:
+    """A surface: its field φ with numbers filled in. NumPy in, NumPy out; made by ``surfaces.make``.
+
+    One with a formula in t among its values moves. Its methods give it as at t = 0: see ``at`` for other times.
+    """
+
+    def __init__(self, kind: str, values: Values, row: Kind):
+        """``row``: of the kind; ``values`` as ``row.read`` gives them."""
+        self.kind, self.values, self._row = kind, dict(values), row
+        self.moving = motion.is_moving(values)
+        """Whether it changes with time."""
+        level_set = row.level_set(motion.values_at(values, 0.0))
+        self.field = level_set.field
+        """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
+        self.parameters = _numbers(level_set)
+        """The parameters p.v [8] of the field."""
+        self._grid, self._grids = level_set.grid, dict[str, wp.array]()
+        self.box = level_set.box
+        """Lower and upper corner [3] of a box that holds the surface, slightly larger than it."""
+        self.closed = bool(level_set.closed)
+        """Whether the surface is closed; of an open one the patch inside ``box`` is used."""
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
+        form = "closed" if self.closed else "open"
+        box = " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in zip(*self.box, strict=True))
+        return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
+
+    def parameters_at(self, time: float) -> np.ndarray:
+        """The parameters of the field [8] at a time; raises SceneError where a formula has no value then."""
+        return _numbers(self._row.level_set(motion.values_at(self.values, time))) if self.moving else self.parameters
+
+    def at(self, time: float) -> Surface:
+        """The surface as it is at a time, at rest; raises SceneError where a formula has no value then."""
+        if not self.moving:
+            return self
+        frozen = copy.copy(self)
+        frozen.values, frozen.moving = motion.values_at(self.values, time), False
+        level_set = self._row.level_set(frozen.values)
+        frozen.parameters, frozen.box = _numbers(level_set), level_set.box
+        return frozen
+
+    def derivatives(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """φ [...], ∇φ [..., 3] and ∇∇φ [..., 3, 3] at points [..., 3]."""
+        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        arrays = [wp.zeros(len(x), dtype=t, device="cpu") for t in (wp.float64, wp.vec3d, wp.mat33d)]
+        inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), *arrays]
+        wp.launch(sampler(self.field).evaluate, dim=len(x), inputs=inputs, device="cpu")
+        shape = np.shape(points)[:-1]
+        phi, gradient, hessian = (a.numpy() for a in arrays)
+        return phi.reshape(shape), gradient.reshape(*shape, 3), hessian.reshape(*shape, 3, 3)
+
+    def device_parameters(self, device, time: float = 0.0) -> wp.array:
+        """The parameters in an array of one element, so that a recorded step sees them change.
+
+        Of a moving surface three elements: at the time, and ``INSTANT`` before and after it.
+        """
+        times = (time, time - INSTANT, time + INSTANT) if self.moving else (time,)
+        return wp.array([self._on(device, self.parameters_at(t)) for t in times], dtype=Parameters, device=device)
+
+    def _on(self, device, numbers: np.ndarray) -> Any:
+        p = Parameters()
+        p.v = Numbers(*numbers)
+        if self._grid is not None:
+            name = str(wp.get_device(device))
+            if name not in self._grids:
+                self._grids[name] = wp.array(self._grid, dtype=wp.float64, device=device)
+            p.grid = self._grids[name]
+        return p
+
+    def phi(self, points: np.ndarray) -> np.ndarray:
+        """φ at points [..., 3]."""
+        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        phi = wp.zeros(len(x), dtype=wp.float64, device="cpu")
+        inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), phi]
+        wp.launch(sampler(self.field).value, dim=len(x), inputs=inputs, device="cpu")
+        return phi.numpy().reshape(np.shape(points)[:-1])
+
+    def gradient(self, points: np.ndarray) -> np.ndarray:
+        """∇φ [..., 3] at points [..., 3]."""
+        return self.derivatives(points)[1]
+
+    def hessian(self, points: np.ndarray) -> np.ndarray:
+        """∇∇φ [..., 3, 3] at points [..., 3]."""
+        return self.derivatives(points)[2]
+
+    def normal(self, points: np.ndarray) -> np.ndarray:
+        """Outward unit normal [..., 3] at points [..., 3]."""
+        g = self.gradient(points)
+        return g / np.linalg.norm(g, axis=-1, keepdims=True)
+
+    def project(self, points: np.ndarray, iterations: int = 20) -> np.ndarray:
+        """Points [..., 3] moved along ∇φ to φ = 0 by Newton steps."""
+        x: wp.array = wp.array(np.ascontiguousarray(points, dtype=float).reshape(-1, 3), dtype=wp.vec3d, device="cpu")
+        inputs = [x, self.device_parameters("cpu"), iterations]
+        wp.launch(sampler(self.field).project, dim=len(x), inputs=inputs, device="cpu")
+        return x.numpy().reshape(np.shape(points))
+
+    def second_form(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Two unit tangents t1, t2 = n×t1 [..., 3] and II = −∇n in them [..., 2, 2] (5.16) at points on the surface."""
+        _, g, H = self.derivatives(points)
+        size = np.linalg.norm(g, axis=-1, keepdims=True)
+        n = g / size
+        helper = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
+        t1 = np.cross(n, helper)
+        t1 /= np.linalg.norm(t1, axis=-1, keepdims=True)
+        t = np.stack([t1, np.cross(n, t1)], axis=-2)
+        return t[..., 0, :], t[..., 1, :], -np.einsum("...ia,...ab,...jb->...ij", t, H, t) / size[..., None]
+
+    def gaussian_curvature(self, points: np.ndarray) -> np.ndarray:
+        """𝒦 [...] at points [..., 3] on the surface; 1/length²."""
+        return np.linalg.det(self.second_form(points)[2])
+
+
+def _numbers(level_set: LevelSet) -> np.ndarray:
+    return np.concatenate([level_set.numbers, np.zeros(8 - level_set.numbers.size)])

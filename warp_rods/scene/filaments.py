@@ -1,0 +1,113 @@
+"""The table [[filaments]] of a scene."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.ensemble import MOST_NODES, Ensemble, length_faults, lookup
+from warp_rods.scene.per_rod import (
+    OR_EACH,
+    Direction,
+    Each,
+    EachVector,
+    NumberEach,
+    PositiveEach,
+    Vector,
+    WordOrTable,
+    ZeroOrMoreEach,
+    is_list,
+)
+from warp_rods.values import Positive, ZeroOrMore, shown
+
+__all__ = ["Filaments", "Growth", "Placement"]
+
+
+class Placement(Table):
+    """Where filaments start: points and directions [rod, 3], and geodesic curvature [rod, node] in 1/length."""
+
+    at: Literal["middle", "start"] = Field(
+        default="middle", description='"middle" or "start": which point of the rod is placed'
+    )
+    position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
+    direction: tuple[Direction, ...] = Field(description="a list of directions [dx, dy, dz], one for each rod")
+    geodesic_curvature: Each[NumberEach] = Field(
+        default=0.0, description="a number, or a list that has for each rod a number or a list with one for each node"
+    )
+
+
+class Growth(Table):
+    """Growth at the tips: at a rate (length per time) until a final length, or to given lengths at given times."""
+
+    rate: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
+    until: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
+    start: ZeroOrMoreEach | None = Field(default=None, description="0 or a positive number" + OR_EACH)
+    time: tuple[ZeroOrMore, ...] | None = Field(
+        default=None, description="a list of increasing times, together with length"
+    )
+    length: tuple[Positive, ...] | None = Field(
+        default=None, description="a list of lengths, one for each time in time"
+    )
+    spacing: Positive | None = Field(
+        default=None, description="a positive number: the number of nodes is doubled before Δs exceeds it"
+    )
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        if raw.keys() - {"spacing", "start"} in ({"rate", "until"}, {"time", "length"}):
+            return []
+        return [fault((), raw, ": must be { rate, until } or { time, length }; start and spacing may be added")]
+
+
+class Filaments(Ensemble):
+    """An ensemble of filaments bound to the surface (chapter 5)."""
+
+    nodes: int = Field(ge=9, le=MOST_NODES, description="a whole number, 9 or more, at most 100 000")
+    length: PositiveEach = Field(description="a positive number" + OR_EACH)
+    stiffness: EachVector[tuple[Positive, Positive, Positive]] = Field(
+        description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_EACH
+    )
+    intrinsic: EachVector[Vector] = Field(
+        default=(0.0, 0.0, 0.0), description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_EACH
+    )
+    drag: EachVector[tuple[Positive, Positive, ZeroOrMore]] = Field(
+        description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_EACH
+    )
+    ends: tuple[Literal["free", "clamped"], Literal["free", "clamped"]] = Field(
+        default=("free", "free"), description='a pair such as ["free", "free"], each "free" or "clamped"'
+    )
+    placement: WordOrTable[Literal["random"], Placement] = Field(
+        default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
+    )
+    growth: Growth | None = Field(default=None, description="a table { rate, until } or { time, length }")
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        placement = tuple("placement." + key for key in ("position", "direction", "geodesic_curvature"))
+        return [
+            *length_faults(
+                raw,
+                good,
+                ("length", "growth.rate", "growth.until", "growth.start", *placement),
+                vectors=("stiffness", "intrinsic", "drag"),
+            ),
+            *_node_faults(raw, good),
+        ]
+
+
+def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    rows = lookup(raw, ("placement", "geodesic_curvature"))
+    nodes = good.get("nodes")
+    if nodes is None or not is_list(rows):
+        return []
+    return [
+        fault(
+            ("placement", "geodesic_curvature", i),
+            values,
+            f" = {shown(values)}: needs one value for each of {nodes} nodes, has {len(values)}",
+        )
+        for i, values in enumerate(rows)
+        if is_list(values) and len(values) != nodes
+    ]

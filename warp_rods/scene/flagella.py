@@ -1,0 +1,131 @@
+"""The flagella of swimmers: the tables of activity laws and of profiles, and the table ``flagella`` of a scene.
+
+To add a law: a function, a number and a branch in ``kernels/free/flagella.py``, and a row of ``LAWS`` here with the
+name of that number and the law's own parameters. To add a profile: a row of ``PROFILES``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.per_rod import OR_EACH, NumberEach, PositiveEach, ZeroOrMoreEach
+from warp_rods.values import Positive, must_be, nearest, plain
+
+__all__ = ["LAWS", "PROFILES", "Flagella", "Law", "LawParameter"]
+
+ALLOWED: dict[str, tuple[Any, str]] = {
+    "any number": (NumberEach, "a number"),
+    "positive": (PositiveEach, "a positive number"),
+    "zero or more": (ZeroOrMoreEach, "0 or a positive number"),
+}
+"""What a parameter of a law may be asked to be: its type and its words."""
+
+
+@dataclass(frozen=True)
+class LawParameter:
+    """A number of a law, for all rods or one a rod: its default, and a key of ``ALLOWED``."""
+
+    default: float
+    allowed: str = "any number"
+
+
+@dataclass(frozen=True)
+class Law:
+    """An activity law: the name of its number in ``kernels/free/flagella.py``, and its own parameters, four at most.
+
+    The kernel gets them as ``numbers``, in this order.
+    """
+
+    kernel: str
+    parameters: Mapping[str, LawParameter] = field(default_factory=dict)
+
+
+LAWS: dict[str, Law] = {
+    "relaxing": Law("RELAXING"),
+    "held": Law("HELD"),
+}
+"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: only the diffusion; with D = 0, f stays."""
+DEFAULT_LAW = "relaxing"
+"""Is not written into a scene that does not name it, so that scenes of earlier versions keep their hash."""
+
+PROFILES: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+    "tanh": lambda s, sharpness: -np.tanh(sharpness * s),
+    "piecewise": lambda s, sharpness: -np.sign(s),
+    "uniform": lambda s, sharpness: np.ones_like(s),
+}
+"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38), and pushing one way."""
+
+
+def _known(table: Mapping[str, Any]) -> AfterValidator:
+    def check(name: str) -> str:
+        if name not in table:
+            raise ValueError("not in the table")
+        return name
+
+    return AfterValidator(check)
+
+
+def _one_of(table: Mapping[str, Any]) -> str:
+    return "one of " + ", ".join(f'"{name}"' for name in table)
+
+
+class Flagella(Table):
+    """The flagellar field (4.12): relaxation time τf, diffusion D, its profile at the start, and its law.
+
+    A law may have parameters of its own, beside these keys.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    relaxation: PositiveEach = Field(default=1e-2, description="a positive number" + OR_EACH)
+    diffusion: ZeroOrMoreEach = Field(default=1e-3, description="0 or a positive number" + OR_EACH)
+    profile: Annotated[str, _known(PROFILES)] = Field(default="tanh", description=_one_of(PROFILES))
+    sharpness: Positive = Field(default=10.0, description="a positive number: the steepness of the profile tanh")
+    law: Annotated[str, _known(LAWS)] | None = Field(
+        default=None, description=f"{_one_of(LAWS)}; {DEFAULT_LAW} where left out"
+    )
+
+    @property
+    def law_parameters(self) -> dict[str, Any]:
+        """The law's own parameters by name, defaults filled in."""
+        return dict(self.model_extra or {})
+
+    @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """With the defaults of the law's own parameters."""
+        law = LAWS.get(str(data.get("law", DEFAULT_LAW)))
+        defaults = {} if law is None else {name: row.default for name, row in law.parameters.items()}
+        return {**defaults, **data}
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        """Keys that the law does not have, and impossible values of those that it has."""
+        name = raw.get("law", DEFAULT_LAW)
+        if not isinstance(name, str) or name not in LAWS:
+            return []  # refused for that already
+        own = LAWS[name].parameters
+        faults = []
+        for key in raw.keys() - cls.model_fields.keys():
+            known = [*cls.model_fields, *own]
+            if key not in own:
+                text = f": unknown key{nearest(key, known)}; known here, with the law {name}: {', '.join(known)}"
+                faults.append(fault((key,), raw[key], text))
+            elif text := _fault_of(raw[key], own[key]):
+                faults.append(fault((key,), raw[key], text))
+        return faults
+
+
+def _fault_of(value: Any, parameter: LawParameter) -> str:
+    """What is wrong with a value of a law's parameter; empty where nothing is."""
+    kind, words = ALLOWED[parameter.allowed]
+    try:
+        TypeAdapter(kind, config=ConfigDict(strict=True)).validate_python(plain(value))
+    except ValidationError:
+        return must_be(words + OR_EACH, value)
+    return ""

@@ -1,0 +1,106 @@
+"""The table [[swimmers]] of a scene."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import AfterValidator, Field
+
+from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.ensemble import MOST_NODES, Ensemble, length_faults
+from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, Flagella
+from warp_rods.scene.per_rod import (
+    OR_EACH,
+    Direction,
+    NumberEach,
+    PositiveEach,
+    Vector,
+    WordOrTable,
+)
+
+__all__ = ["Arrangement", "Flagella", "FreePlacement", "Shape", "Swimmers"]
+
+
+SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"balanced": True}, "straight": {}}
+"""Kind of shape → the keys that only this kind has, and their defaults."""
+
+
+class Shape(Table):
+    """The curvature at the start: an amplitude times a mode of the beam, or the writhe (C.63)–(C.66); or none."""
+
+    kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
+    mode: int | None = Field(default=None, ge=0, description="a whole number, 0 or more")
+    amplitude: NumberEach = Field(default=1.0, description="a number" + OR_EACH)
+    balanced: bool | None = Field(
+        default=None,
+        description="true or false: whether the twist of a writhe balances the active torque, or is (C.63) as printed",
+    )
+
+    @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        kind = data.get("kind", "mode")
+        return {**SHAPE_DEFAULTS.get(kind, {}), **data} if isinstance(kind, str) else data
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        kind = good.get("kind", "mode" if "kind" not in raw else None)
+        return [
+            fault((key,), raw[key], f": a shape of kind {kind} has no {key}; leave it out")
+            for other, defaults in SHAPE_DEFAULTS.items()
+            for key in defaults
+            if kind not in (None, other) and key in good
+        ]
+
+
+class FreePlacement(Table):
+    """Where swimmers start: their middle points and the directions of the tangent there [rod, 3]."""
+
+    position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
+    direction: tuple[Direction, ...] | None = Field(
+        None, description="a list of directions [dx, dy, dz], one for each rod; along x where left out"
+    )
+
+
+Arrangement = Literal["random", "aligned", "polar lanes", "nematic lanes", "bands"]
+ARRANGEMENTS = [f'"{name}"' for name in get_args(Arrangement)]
+
+
+def _odd(nodes: int) -> int:
+    if nodes % 2 == 0:
+        raise ValueError("even")
+    return nodes
+
+
+class Swimmers(Ensemble):
+    """An ensemble of active free rods (chapter 4), in dimensionless numbers."""
+
+    nodes: Annotated[int, AfterValidator(_odd)] = Field(
+        ge=17, le=MOST_NODES, description="an odd whole number, 17 or more, at most 100 000"
+    )
+    bend: PositiveEach = Field(description="a positive number" + OR_EACH)
+    twist: PositiveEach = Field(description="a positive number" + OR_EACH)
+    moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
+    drag_ratio: PositiveEach = Field(default=2.0, description="a positive number" + OR_EACH)
+    rotational_drag: PositiveEach = Field(default=3e-3, description="a positive number" + OR_EACH)
+    flagella: Flagella = Field(
+        default_factory=Flagella,
+        description="a table { relaxation, diffusion, profile, sharpness, law }",
+    )
+    shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, balanced }")
+    symmetric: bool = Field(default=False, description="true or false")
+    placement: WordOrTable[Arrangement, FreePlacement] | None = Field(
+        default=None, description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}"
+    )
+
+    @classmethod
+    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        plain_keys = ("bend", "twist", "moment", "drag_ratio", "rotational_drag")
+        nested = ("shape.amplitude", "placement.position", "placement.direction")
+        of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
+        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella))
+
+
+def _each_rod_of_flagella(table: Any) -> list[str]:
+    """Keys of the table of flagella that may have one value a rod."""
+    law = LAWS.get(str(table.get("law", DEFAULT_LAW))) if isinstance(table, dict) else None
+    return ["relaxation", "diffusion", *(law.parameters if law else ())]

@@ -1,0 +1,125 @@
+"""Values of a scene: taken from Python and NumPy, checked as numbers, shown in messages and named by key path."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import json
+import os
+import re
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AllowInfNan, BaseModel, Field, Strict, TypeAdapter, ValidationError
+
+__all__ = [
+    "Number",
+    "Positive",
+    "ZeroOrMore",
+    "hint",
+    "key_path",
+    "must_be",
+    "nearest",
+    "number",
+    "numbers",
+    "plain",
+    "shown",
+]
+
+Number = Annotated[float, Strict(), AllowInfNan(False)]
+"""A finite number. Integers are numbers; truth values and text are not."""
+Positive = Annotated[Number, Field(gt=0)]
+ZeroOrMore = Annotated[Number, Field(ge=0)]
+
+QUOTED_NUMBER = re.compile(r"\s*[-+]?[0-9][-+0-9.eE_]*\s*")
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+LONGEST_SHOWN = 60
+
+
+def plain(value: Any) -> Any:
+    """The value in plain types: lists and arrays as tuples, NumPy scalars as numbers, paths as text, tables as dicts.
+
+    Keys whose value is None are left out. −0 becomes 0, so that equal scenes have equal hashes.
+    """
+    if isinstance(value, float):
+        return float(value) + 0.0
+    if isinstance(value, BaseModel):
+        return plain(value.model_dump(exclude_none=True))
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items() if item is not None}
+    if isinstance(value, (list, tuple)):
+        return tuple(plain(item) for item in value)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    return plain(np.asarray(value).tolist()) if hasattr(value, "__array__") else value
+
+
+def number(value: Any, kind: Any = Number) -> float:
+    """The value as a float; raises ValueError with a hint, which may be empty, where it is not of this kind."""
+    try:
+        return _adapter(kind).validate_python(value)
+    except ValidationError as error:
+        line = error.errors(include_url=False)[0]
+        raise ValueError(hint(line["type"], line["input"])) from None
+
+
+def numbers(value: Any, count: int, kind: Any = Number) -> tuple[float, ...]:
+    """The value as a tuple of this many floats; raises ValueError where it is none."""
+    if not isinstance(value, tuple) or len(value) != count:
+        raise ValueError
+    return tuple(number(part, kind) for part in value)
+
+
+@functools.cache
+def _adapter(kind: Any) -> TypeAdapter:
+    return TypeAdapter(kind)
+
+
+def hint(error: str, value: Any) -> str:
+    """What to do about a value with this type of pydantic error, where there is more to say than what is allowed."""
+    if error == "finite_number" or (error == "float_type" and type(value) is int):
+        return "it must be finite"
+    is_quoted = error in ("float_type", "int_type") and isinstance(value, str) and QUOTED_NUMBER.fullmatch(value)
+    return "leave out the quotes" if is_quoted else ""
+
+
+def must_be(allowed: str, value: Any, note: str = "") -> str:
+    """What to say after the key path of a wrong value, or of one that is missing (None)."""
+    said = ": missing" if value is None else f" = {shown(value)}"
+    return f"{said}{';' if value is None else ':'} must be {allowed}{note and '; ' + note}"
+
+
+def shown(value: Any) -> str:
+    """The value on one line as TOML has it, shortened."""
+    text = _literal(value)
+    return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
+
+
+def _literal(value: Any) -> str:
+    """What TOML has no word for is shown as Python shows it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_literal, value)) + "]"
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_literal(item)}" for key, item in value.items()) + " }"
+    return repr(value)
+
+
+def nearest(word: Any, known: Iterable[str]) -> str:
+    """A hint with the known word that looks most like this one, or nothing."""
+    close = difflib.get_close_matches(str(word), list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def key_path(loc: Iterable[str | int]) -> str:
+    """("filaments", 0, "length") as ``filaments[0].length``."""
+    parts = [f"[{part}]" if isinstance(part, int) else "." + _key(part) for part in loc]
+    return "".join(parts).removeprefix(".")
+
+
+def _key(key: str) -> str:
+    return key if BARE_KEY.fullmatch(key) else _literal(key)

@@ -125,7 +125,7 @@ def test_one_that_cannot_be_built_is_refused_before_anything_is_written(
     trimesh.Trimesh(sphere.vertices, sphere.faces[1:]).export("open.ply")
     given = scene(surface, container)
     with pytest.raises(SceneError) as caught:
-        runner.run(given, tmp_path / "run", device="cpu")
+        runner.simulate(given, tmp_path / "run", device="cpu")
     for words in said:
         assert words in str(caught.value)
     assert len(str(caught.value).splitlines()) == 2 - (container is None or surface is FORMULA)

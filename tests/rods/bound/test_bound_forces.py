@@ -93,8 +93,8 @@ def virtual_power(curve, velocities, tension):
     K, m, geodesic, half = curve.K, curve.moment, curve.geodesic, curve.half
     dm = derivative(m, half)
     dshear = derivative(twin.shear(K, m), half)
-    F1 = derivative(tension, half) + twin.tangential_load(twin.strain(K, geodesic), dm, 0.0)
-    F2 = geodesic * tension + twin.transverse_load(K, geodesic, m, dm, derivative(dm[:, 2], half), dshear, 0.0)
+    F1 = derivative(tension, half) + twin.tangential_force(twin.strain(K, geodesic), dm, 0.0)
+    F2 = geodesic * tension + twin.transverse_force(K, geodesic, m, dm, derivative(dm[:, 2], half), dshear, 0.0)
     at_ends = (tension - twin.end_tension(K, m)) * u1 - (dm[:, 2] - twin.end_slope(K, m)) * u2 + m[:, 2] * turning
     return at_ends[-1] - at_ends[0] - antiderivative(F1 * u1 + F2 * u2, half)[-1]
 

@@ -116,7 +116,8 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder to write")] = Path("runs/reproduce"),
 ) -> None:
     """Make a figure of the dissertation again: figure, data, and a table of published against ours."""
-    from warp_rods.reproductions import REPRODUCTIONS, reproduce
+    from warp_rods.reproductions import reproduce
+    from warp_rods.reproductions.catalogue import REPRODUCTIONS
 
     if name == "list":
         for known, row in REPRODUCTIONS.items():

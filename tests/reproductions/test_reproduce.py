@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 
 from warp_rods import cli
 from warp_rods.errors import UnknownReproduction
-from warp_rods.reproductions import REPRODUCTIONS, Row, reproduce
+from warp_rods.reproductions import reproduce
+from warp_rods.reproductions.catalogue import REPRODUCTIONS, Row
 
 
 def broken(quick):

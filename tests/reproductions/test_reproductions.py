@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from warp_rods.reproductions import REPRODUCTIONS, reproduce
+from warp_rods.reproductions import reproduce
+from warp_rods.reproductions.catalogue import REPRODUCTIONS
 
 with (Path(__file__).parent / "reproduced.csv").open(encoding="utf-8") as file:
     KNOWN = list(csv.DictReader(file))

@@ -11,3 +11,7 @@ symbolic, field_source               from a formula to a compiled field
 files, distance, spline              from a file to a field
 level_set                            what all kinds come down to
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=["surfaces"])

@@ -22,7 +22,7 @@ from rich.table import Table
 from warp_rods.device import cores
 from warp_rods.device import start as start_warp
 from warp_rods.errors import RunFolderError, UnknownReproduction
-from warp_rods.reproductions import REPRODUCTIONS, Result, Row
+from warp_rods.reproductions.catalogue import REPRODUCTIONS, Result, Row
 
 OUT = Path("runs/reproduce")
 REFRESH = 0.5

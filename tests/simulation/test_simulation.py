@@ -80,7 +80,7 @@ def test_groups_push_each_other_and_lose_energy():
 def test_a_run_leaves_a_folder_that_reads(tmp_path):
     run = workflow.run(scene(), tmp_path / "run", device="cpu")
     assert {p.name for p in run.folder.iterdir()} == {
-        "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc"
+        "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc", ".lock"
     }  # fmt: skip
     data = run.data
     assert set(data.children) == {"convex", "saddle"}

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 from scipy import ndimage
 
+from warp_rods.device import exclusive, start
 from warp_rods.kernels.surface.mesh_distance import signed_distance
 from warp_rods.membranes.files import FileError
 
@@ -49,12 +50,20 @@ def from_mesh(mesh: Any, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     axes = [np.arange(n) * h + a for n, h, a in zip(count, spacing, first, strict=True)]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     # Warp's meshes are float32: the numbers are made of order one first.
-    triangles: Any = wp.Mesh(
-        points=wp.array((mesh.vertices - centre) / size, dtype=wp.vec3, device="cpu"),
-        indices=wp.array(np.ravel(mesh.faces), dtype=wp.int32, device="cpu"),
-        support_winding_number=True,
-    )
-    points: Any = wp.array((x - centre) / size, dtype=wp.vec3, device="cpu")
-    distance: Any = wp.zeros(len(x), dtype=wp.float64, device="cpu")
-    wp.launch(signed_distance, dim=len(x), inputs=[triangles.id, 10.0, points, distance], device="cpu")
-    return _smoothed(size * distance.numpy().reshape(count), EDGES_SMOOTHED), first
+    distance = _signed_distance((mesh.vertices - centre) / size, mesh.faces, (x - centre) / size)
+    return _smoothed(size * distance.reshape(count), EDGES_SMOOTHED), first
+
+
+def _signed_distance(vertices: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Signed distance [point] of points [point, 3] to a closed mesh, negative inside; vertices are float32."""
+    start()
+    with exclusive:
+        triangles: Any = wp.Mesh(
+            points=wp.array(vertices, dtype=wp.vec3, device="cpu"),
+            indices=wp.array(np.ravel(faces), dtype=wp.int32, device="cpu"),
+            support_winding_number=True,
+        )
+        at: Any = wp.array(points, dtype=wp.vec3, device="cpu")
+        distance: Any = wp.zeros(len(points), dtype=wp.float64, device="cpu")
+        wp.launch(signed_distance, dim=len(points), inputs=[triangles.id, 10.0, at, distance], device="cpu")
+        return distance.numpy()

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from warp_rods.device import exclusive
 from warp_rods.membranes.surface import Surface
 
 
@@ -27,8 +28,9 @@ def triangulate(surface: Surface, cells: int = 96) -> Mesh:
     sizes = np.ceil((high - low) / spacing).astype(int) + 1
     axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, sizes, strict=True)]
     phi = surface.phi(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1))
-    field: Any = wp.array(phi, dtype=wp.float32, device="cpu")
-    vertices, indices = IsoSurfaceMarchingCubes.extract(field, 0.0, lower=wp.vec3(*low), upper=wp.vec3(*high))
+    with exclusive:
+        field: Any = wp.array(phi, dtype=wp.float32, device="cpu")
+        vertices, indices = IsoSurfaceMarchingCubes.extract(field, 0.0, lower=wp.vec3(*low), upper=wp.vec3(*high))
     # The rim of an open surface stays on the box.
     points = np.clip(surface.project(vertices.numpy().astype(float)), low, high)
     normals = surface.normal(points)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.device import exclusive, start
 from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
 from warp_rods.membranes import motion
 from warp_rods.membranes.level_set import Kind, LevelSet, Values
@@ -63,13 +64,19 @@ class Surface:
 
     def derivatives(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """φ [...], ∇φ [..., 3] and ∇∇φ [..., 3, 3] at points [..., 3]."""
-        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
-        arrays = [wp.zeros(len(x), dtype=t, device="cpu") for t in (wp.float64, wp.vec3d, wp.mat33d)]
-        inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), *arrays]
-        wp.launch(sampler(self.field).evaluate, dim=len(x), inputs=inputs, device="cpu")
         shape = np.shape(points)[:-1]
-        phi, gradient, hessian = (a.numpy() for a in arrays)
+        phi, gradient, hessian = self._sample("evaluate", points, (wp.float64, wp.vec3d, wp.mat33d))
         return phi.reshape(shape), gradient.reshape(*shape, 3), hessian.reshape(*shape, 3, 3)
+
+    def _sample(self, kernel: str, points: np.ndarray, results: tuple[Any, ...]) -> list[np.ndarray]:
+        """What a kernel of ``sampler`` finds at points [..., 3]: an array [point, ...] of each of these types."""
+        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        start()
+        with exclusive:
+            arrays = [wp.zeros(len(x), dtype=t, device="cpu") for t in results]
+            inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), *arrays]
+            wp.launch(getattr(sampler(self.field), kernel), dim=len(x), inputs=inputs, device="cpu")
+            return [a.numpy() for a in arrays]
 
     def device_parameters(self, device, time: float = 0.0) -> wp.array:
         """The parameters in an array of one element, so that a recorded step sees them change.
@@ -77,7 +84,10 @@ class Surface:
         Of a moving surface three elements: at the time, and ``INSTANT`` before and after it.
         """
         times = (time, time - INSTANT, time + INSTANT) if self.moving else (time,)
-        return wp.array([self._on(device, self.parameters_at(t)) for t in times], dtype=Parameters, device=device)
+        numbers = [self.parameters_at(t) for t in times]
+        start()
+        with exclusive:
+            return wp.array([self._on(device, row) for row in numbers], dtype=Parameters, device=device)
 
     def _on(self, device, numbers: np.ndarray) -> Any:
         p = Parameters()
@@ -91,11 +101,8 @@ class Surface:
 
     def phi(self, points: np.ndarray) -> np.ndarray:
         """φ at points [..., 3]."""
-        x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
-        phi = wp.zeros(len(x), dtype=wp.float64, device="cpu")
-        inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), phi]
-        wp.launch(sampler(self.field).value, dim=len(x), inputs=inputs, device="cpu")
-        return phi.numpy().reshape(np.shape(points)[:-1])
+        (phi,) = self._sample("value", points, (wp.float64,))
+        return phi.reshape(np.shape(points)[:-1])
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
         """∇φ [..., 3] at points [..., 3]."""
@@ -112,10 +119,13 @@ class Surface:
 
     def project(self, points: np.ndarray, iterations: int = 20) -> np.ndarray:
         """Points [..., 3] moved along ∇φ to φ = 0 by Newton steps."""
-        x: wp.array = wp.array(np.ascontiguousarray(points, dtype=float).reshape(-1, 3), dtype=wp.vec3d, device="cpu")
-        inputs = [x, self.device_parameters("cpu"), iterations]
-        wp.launch(sampler(self.field).project, dim=len(x), inputs=inputs, device="cpu")
-        return x.numpy().reshape(np.shape(points))
+        given = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        start()
+        with exclusive:
+            x: wp.array = wp.array(given, dtype=wp.vec3d, device="cpu")
+            inputs = [x, self.device_parameters("cpu"), iterations]
+            wp.launch(sampler(self.field).project, dim=len(x), inputs=inputs, device="cpu")
+            return x.numpy().reshape(np.shape(points))
 
     def second_form(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Two unit tangents t1, t2 = n×t1 [..., 3] and II = −∇n in them [..., 2, 2] (5.16) at points on the surface."""

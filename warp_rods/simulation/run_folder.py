@@ -9,18 +9,14 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+from filelock import FileLock, Timeout
 
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Time
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
-try:
-    import fcntl
-except ImportError:  # no such locks on Windows
-    fcntl = None  # type: ignore[assignment]
-
-SCENE, CHECKPOINT = "scene.toml", "checkpoint.npz"
+SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
 FORMAT = 2
 """Of checkpoints: which arrays make up a state."""
 PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
@@ -29,7 +25,7 @@ PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
 class RunFolder:
     """``path`` and what is written there: ``writer`` appends frames, ``checkpoint`` makes a restart possible."""
 
-    def __init__(self, path: Path, writer: TrajectoryWriter, lock: int):
+    def __init__(self, path: Path, writer: TrajectoryWriter, lock: FileLock):
         self.path, self.writer, self._lock = path, writer, lock
         self.checkpointed = writer.frames - 1
         """The frame that a restart goes on from."""
@@ -40,7 +36,7 @@ class RunFolder:
     def __exit__(self, *_exception: object) -> None:
         """Finish the trajectory and let others write here."""
         self.writer.close()
-        os.close(self._lock)
+        self._lock.release()
 
     @staticmethod
     def check_free(path: Path, overwrite: bool) -> None:
@@ -100,20 +96,28 @@ class RunFolder:
             file.flush()
             os.fsync(file.fileno())
         partial.replace(self.path / CHECKPOINT)
-        os.fsync(self._lock)
+        _sync(self.path)
         self.checkpointed = int(state["frame"])
 
 
-def _lock(path: Path) -> int:
-    """Hold the folder until the descriptor returned is closed or the process ends; RunFolderError if another does."""
-    held = os.open(path, os.O_RDONLY)
-    if fcntl is not None:
+def _lock(path: Path) -> FileLock:
+    """Hold the folder until the lock is released or the process ends; RunFolderError if another process holds it."""
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise RunFolderError(f"another run is writing to {path}: wait for it, or give another --out") from None
+    return lock
+
+
+def _sync(folder: Path) -> None:
+    """Make renames in a folder last through a loss of power, where the system can."""
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
         try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(held)
-            raise RunFolderError(f"another run is writing to {path}: wait for it, or give another --out") from None
-    return held
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def as_begun(path: Path, scene: Scene) -> Scene:

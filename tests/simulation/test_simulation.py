@@ -8,6 +8,7 @@ from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.loop import Frames, Simulation
+from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.trajectory import open_run
 
 SCENE = {
@@ -253,3 +254,11 @@ def test_a_filament_that_is_remeshed_at_once_runs(tmp_path):
     growing = {**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 16 + 1e-6}}
     tables = {"surface": SCENE["surface"], "filaments": [growing], "time": {"end": 0.01, "step": 5e-4}}
     assert runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17
+
+
+def test_a_folder_that_a_run_writes_to_is_refused(tmp_path):
+    runner.simulate(scene(), tmp_path, device="cpu")
+    kept, _state = RunFolder.resume(tmp_path, Scene.load(tmp_path / "scene.toml"), {})
+    with kept, pytest.raises(RunFolderError, match="another run is writing to"):
+        runner.simulate(scene(), tmp_path, device="cpu", overwrite=True)
+    runner.simulate(scene(), tmp_path, device="cpu", overwrite=True)

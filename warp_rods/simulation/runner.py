@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from warp_rods import device as devices
+from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
@@ -25,8 +25,6 @@ from warp_rods.simulation.trajectory import GroupSpec
 
 CHECKPOINT_EVERY = 2.0
 """Seconds between checkpoints, at most one a frame."""
-REFRESH = 0.1
-"""Seconds between updates of the bar."""
 
 Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 
@@ -158,17 +156,12 @@ def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Re
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
     """Step to the end with a progress bar; returns rod-steps done."""
-    frames, first = simulation.frames, simulation.steps_taken
-    begun = shown = time.perf_counter()
-    with _bar(console) as bar, _stopping(simulation, kept, report):
-        task = bar.add_task("running", total=frames.steps_to(frames.last), completed=first, speed="")
+    first, planned = simulation.steps_taken, simulation.frames.steps_to(simulation.frames.last)
+    begun = time.perf_counter()
+    with Bar("running", planned, console, first) as bar, _stopping(simulation, kept, report):
         for taken in simulation.advance():
-            now = time.perf_counter()
-            if now - shown > REFRESH:
-                shown = now
-                speed = f"{(taken - first) * simulation.rods / (now - begun):,.0f} rod-steps/s"
-                bar.update(task, completed=taken, speed=speed)
-        bar.update(task, completed=simulation.steps_taken)
+            speed = (taken - first) * simulation.rods / (time.perf_counter() - begun)
+            bar.update(taken, f"{speed:,.0f} rod-steps/s")
     if simulation.contact.finest > 1:
         report.note(f"contact: steps were cut into {simulation.contact.finest} at times")
     if simulation.stopped is not None:
@@ -184,11 +177,6 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
         again = simulation.frames.times[max(kept.checkpointed, 0)]
         report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
         raise
-
-
-def _bar(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    return Progress(*columns, TextColumn("{task.fields[speed]}"), console=console)
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:

@@ -1,5 +1,11 @@
 """Fixtures for every test: the devices there are."""
 
+import os
+
+# Workers share the cores: NumPy's own threads would fight over them. Read when NumPy is imported.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 import warp as wp
 

@@ -14,6 +14,9 @@ with (Path(__file__).parent / "reproduced.csv").open(encoding="utf-8") as file:
 """name, quantity, value, tolerance (absolute; empty: a text), and why that tolerance."""
 
 
+pytestmark = pytest.mark.long
+
+
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reproduced")

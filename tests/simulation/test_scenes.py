@@ -38,6 +38,7 @@ def closest_approach(position: np.ndarray) -> float:
     return float(np.linalg.norm(tree.data[pairs[:, 0]] - tree.data[pairs[:, 1]], axis=1).min(initial=0.03))
 
 
+@pytest.mark.long
 def test_convex_sensors_find_the_bulbs(tmp_path):
     """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
     data = runner.simulate(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
@@ -53,6 +54,7 @@ def test_convex_sensors_find_the_bulbs(tmp_path):
     assert min(closest_approach(frame) for frame in data.position.to_numpy()) > 0.3 * 0.03  # of the core: none crosses
 
 
+@pytest.mark.long
 def test_concave_sensors_find_the_neck(tmp_path):
     data = runner.simulate(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
     assert (data["sensors"]["gauss"][-1] < 0).all()

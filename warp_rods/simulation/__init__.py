@@ -7,3 +7,7 @@ runner                               one run into its folder, with progress
 run_folder                           the folder: scene, trajectory, checkpoint
 trajectory, store, earlier           the Zarr store of a trajectory, and those of earlier versions
 """
+
+import lazy_loader
+
+__getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"loop": ["Simulation"]})

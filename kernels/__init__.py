@@ -1,4 +1,5 @@
-"""Physics on the device: Warp functions that read like the equations, and kernels that index, call and store.
+"""The equations on the device: Warp functions that read like the equations, and kernels that index, call and store.
 
-Nothing here imports more than Warp, and nothing here knows the order of things: that is the host's.
+Kernels import Warp and each other, nothing else. The order in which they are launched is decided by ``warp_rods.rods``
+and ``warp_rods.contact``.
 """

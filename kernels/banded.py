@@ -1,59 +1,53 @@
-"""Tridiagonal and pentadiagonal systems, one a rod, solved by elimination without pivoting.
+"""Tridiagonal and pentadiagonal systems, one for each rod, solved by elimination without pivoting.
 
 Row ``i`` of rod ``b`` reads, with every coefficient at ``[b, i]``::
 
-    lower2 x[i-2] + lower x[i-1] + diagonal x[i] + upper x[i+1] + upper2 x[i+2] = right
+    lower2 x[i-2] + lower x[i-1] + diagonal x[i] + upper x[i+1] + upper2 x[i+2] = rhs
 
-(the tridiagonal one lacks ``lower2`` and ``upper2``). Coefficients that would multiply an ``x`` off the rod
-are ignored, whatever they hold. Right-hand sides and solutions are numbers or pairs (``wp.vec2d``), so that
-one real matrix serves both bending components of a rod in space.
+A tridiagonal system has no ``lower2`` and ``upper2``. Coefficients that would multiply an ``x`` beyond the ends of the
+rod are not read. Right-hand sides and solutions are scalars or pairs (``wp.vec2d``), so that one real matrix serves
+both bending components of a rod in space.
 
-Without pivoting the answer is as good as LAPACK's where the matrix is diagonally dominant or symmetric
-positive definite, or becomes so when its rows are scaled; ``1 + Δt ∂⁴`` and ``1 − Δt ∂²`` are. Elsewhere
-growing round-off is possible and is not looked for. A pivot that vanishes raises nothing: the rod's solution
-turns infinite or NaN, which the health check of its ensemble sees; other rods' solutions are untouched.
+Without pivoting the solution is as accurate as LAPACK's where the matrix is diagonally dominant or symmetric positive
+definite, or becomes so when its rows are scaled; ``1 + Δt ∂⁴`` and ``1 − Δt ∂²`` are. For other matrices round-off
+may grow, and this is not checked. A pivot of zero raises no error: the solution of that rod becomes infinite or NaN,
+which the ensemble's check of the rod detects. Solutions of other rods are not affected.
 """
-
-from typing import Any
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Pairs2D, Scalars2D, Values2D, real
 
 wp.set_module_options({"enable_backward": False})
-
-numbers = wp.array2d(dtype=real)
-pairs = wp.array2d(dtype=wp.vec2d)
-either = wp.array2d(dtype=Any)
 
 
 @wp.func
 def solve_tridiagonal_rod(
     rod: int,
-    lower: numbers,
-    diagonal: numbers,
-    upper: numbers,
-    right: either,
-    work: numbers,
-    solution: either,
+    lower: Scalars2D,
+    diagonal: Scalars2D,
+    upper: Scalars2D,
+    rhs: Values2D,
+    work: Scalars2D,
+    solution: Values2D,
 ):
-    """Solve the system of one rod (Thomas) from one thread; nodes >= 1.
+    """Solve the system of one rod in one thread (Thomas algorithm); at least 1 node.
 
-    All arrays are [rod, node]. ``solution`` may be ``right``, and ``work`` may be ``upper``, which it then
-    destroys; coefficients are otherwise left as they are.
+    All arrays are [rod, node]. ``solution`` may be ``rhs``. ``work`` may be ``upper``, which is then overwritten;
+    otherwise the coefficients are not changed.
     """
     nodes = diagonal.shape[1]
-    # Row i becomes x[i] + c x[i+1] = y: c goes to work, y to solution.
+    # Row i becomes x[i] + c x[i+1] = y; c is stored in work, y in solution.
     scale = real(1.0) / diagonal[rod, 0]
     c = upper[rod, 0] * scale
-    y = right[rod, 0] * scale
+    y = rhs[rod, 0] * scale
     work[rod, 0] = c
     solution[rod, 0] = y
     for i in range(1, nodes):
         a = lower[rod, i]
         scale = real(1.0) / (diagonal[rod, i] - a * c)
         c = upper[rod, i] * scale
-        y = (right[rod, i] - a * y) * scale
+        y = (rhs[rod, i] - a * y) * scale
         work[rod, i] = c
         solution[rod, i] = y
     for i in range(nodes - 2, -1, -1):
@@ -62,28 +56,25 @@ def solve_tridiagonal_rod(
 
 
 @wp.func
-def solve_pentadiagonal_rod(
+def eliminate_pentadiagonal(
     rod: int,
-    lower2: numbers,
-    lower: numbers,
-    diagonal: numbers,
-    upper: numbers,
-    upper2: numbers,
-    right: either,
-    work: pairs,
-    solution: either,
+    lower2: Scalars2D,
+    lower: Scalars2D,
+    diagonal: Scalars2D,
+    upper: Scalars2D,
+    upper2: Scalars2D,
+    rhs: Values2D,
+    work: Pairs2D,
+    solution: Values2D,
 ):
-    """Solve the system of one rod from one thread; nodes >= 2.
+    """Turn row i into x[i] + c x[i+1] + e x[i+2] = y; (c, e) is stored in ``work``, y in ``solution``.
 
-    All arrays are [rod, node]. ``solution`` may be ``right``; coefficients are left as they are.
+    Suffix 1 marks the row i − 1, suffix 2 the row i − 2.
     """
-    nodes = diagonal.shape[1]
-    # Row i becomes x[i] + c x[i+1] + e x[i+2] = y: (c, e) goes to work, y to solution.
-    # Suffixes: 1 is the row before, 2 the one before that.
     scale = real(1.0) / diagonal[rod, 0]
     c2 = upper[rod, 0] * scale
     e2 = upper2[rod, 0] * scale
-    y2 = right[rod, 0] * scale
+    y2 = rhs[rod, 0] * scale
     work[rod, 0] = wp.vec2d(c2, e2)
     solution[rod, 0] = y2
 
@@ -91,15 +82,15 @@ def solve_pentadiagonal_rod(
     scale = real(1.0) / (diagonal[rod, 1] - a * c2)
     c1 = (upper[rod, 1] - a * e2) * scale
     e1 = upper2[rod, 1] * scale
-    y1 = (right[rod, 1] - a * y2) * scale
+    y1 = (rhs[rod, 1] - a * y2) * scale
     work[rod, 1] = wp.vec2d(c1, e1)
     solution[rod, 1] = y1
 
-    for i in range(2, nodes):
+    for i in range(2, diagonal.shape[1]):
         b = lower2[rod, i]
         a = lower[rod, i] - b * c2
         scale = real(1.0) / (diagonal[rod, i] - b * e2 - a * c1)
-        y = (right[rod, i] - b * y2 - a * y1) * scale
+        y = (rhs[rod, i] - b * y2 - a * y1) * scale
         c2 = c1
         c1 = (upper[rod, i] - a * e1) * scale
         e2 = e1
@@ -109,7 +100,26 @@ def solve_pentadiagonal_rod(
         work[rod, i] = wp.vec2d(c1, e1)
         solution[rod, i] = y
 
-    y2 = y1
+
+@wp.func
+def solve_pentadiagonal_rod(
+    rod: int,
+    lower2: Scalars2D,
+    lower: Scalars2D,
+    diagonal: Scalars2D,
+    upper: Scalars2D,
+    upper2: Scalars2D,
+    rhs: Values2D,
+    work: Pairs2D,
+    solution: Values2D,
+):
+    """Solve the system of one rod in one thread; at least 2 nodes.
+
+    All arrays are [rod, node]. ``solution`` may be ``rhs``; the coefficients are not changed.
+    """
+    eliminate_pentadiagonal(rod, lower2, lower, diagonal, upper, upper2, rhs, work, solution)
+    nodes = diagonal.shape[1]
+    y2 = solution[rod, nodes - 1]
     y1 = solution[rod, nodes - 2] - work[rod, nodes - 2][0] * y2
     solution[rod, nodes - 2] = y1
     for i in range(nodes - 3, -1, -1):
@@ -122,33 +132,33 @@ def solve_pentadiagonal_rod(
 
 @wp.kernel
 def solve_tridiagonal(
-    lower: numbers,
-    diagonal: numbers,
-    upper: numbers,
-    right: either,
-    work: numbers,
-    solution: either,
+    lower: Scalars2D,
+    diagonal: Scalars2D,
+    upper: Scalars2D,
+    rhs: Values2D,
+    work: Scalars2D,
+    solution: Values2D,
 ):
-    """Solve every rod's tridiagonal system; launch with ``dim = rods``. See ``solve_tridiagonal_rod``."""
-    solve_tridiagonal_rod(wp.tid(), lower, diagonal, upper, right, work, solution)
+    """Solve the tridiagonal system of every rod; launch with ``dim = rods``. See ``solve_tridiagonal_rod``."""
+    solve_tridiagonal_rod(wp.tid(), lower, diagonal, upper, rhs, work, solution)
 
 
 @wp.kernel
 def solve_pentadiagonal(
-    lower2: numbers,
-    lower: numbers,
-    diagonal: numbers,
-    upper: numbers,
-    upper2: numbers,
-    right: either,
-    work: pairs,
-    solution: either,
+    lower2: Scalars2D,
+    lower: Scalars2D,
+    diagonal: Scalars2D,
+    upper: Scalars2D,
+    upper2: Scalars2D,
+    rhs: Values2D,
+    work: Pairs2D,
+    solution: Values2D,
 ):
-    """Solve every rod's pentadiagonal system; launch with ``dim = rods``. See ``solve_pentadiagonal_rod``."""
-    solve_pentadiagonal_rod(wp.tid(), lower2, lower, diagonal, upper, upper2, right, work, solution)
+    """Solve the pentadiagonal system of every rod; launch with ``dim = rods``. See ``solve_pentadiagonal_rod``."""
+    solve_pentadiagonal_rod(wp.tid(), lower2, lower, diagonal, upper, upper2, rhs, work, solution)
 
 
-# Declared here so that loading the module once compiles both: no launch compiles anything.
-for _right in (numbers, pairs):
-    wp.overload(solve_tridiagonal, {"right": _right, "solution": _right})
-    wp.overload(solve_pentadiagonal, {"right": _right, "solution": _right})
+# Both types are declared here, so that loading the module compiles both and no launch compiles anything.
+for _type in (Scalars2D, Pairs2D):
+    wp.overload(solve_tridiagonal, {"rhs": _type, "solution": _type})
+    wp.overload(solve_pentadiagonal, {"rhs": _type, "solution": _type})

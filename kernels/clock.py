@@ -1,26 +1,24 @@
-"""The clock of an ensemble: the length of a step, its ratio to the step before, and the time.
+"""The clock of an ensemble: the length of the step, its ratio to the previous step, and the time.
 
-It is on the device, as a captured graph freezes the numbers that are passed to its kernels.
+It is an array on the device, because a captured graph keeps the scalar arguments of its kernels fixed.
 """
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Scalars1D, real
 
 wp.set_module_options({"enable_backward": False})
 
-per_clock = wp.array(dtype=wp.float64)
-
 STEP = wp.constant(0)
-"""Place of Δt in a clock."""
+"""Index of Δt in the clock array."""
 RATIO = wp.constant(1)
-"""Place of ρ, the ratio of this step to the one before; 0 where there was none."""
+"""Index of ρ, the ratio of this step to the previous one; 0 in the first step."""
 TIME = wp.constant(2)
-"""Place of the time t."""
+"""Index of the time t."""
 
 
 @wp.kernel
-def tick(clock: per_clock):
-    """Advance the time by one step; the next step is as long unless the host says otherwise; ``dim = 1``."""
+def tick(clock: Scalars1D):
+    """Advance the time by one step. The next step has the same length unless the host changes it; ``dim = 1``."""
     clock[TIME] += clock[STEP]
     clock[RATIO] = real(1.0)

@@ -1,14 +1,31 @@
-"""Where an array's words lie in memory: decided here and nowhere else.
+"""Types of the arrays in kernels, and the order of their elements in memory.
 
-Every per-node array of an ensemble is indexed ``[rod, node]``. On the CPU, where one thread walks a rod,
-a rod's nodes are neighbours in memory; on a GPU, where neighbouring threads hold neighbouring rods, the
-rods are. Kernels never notice: Warp arrays carry their strides.
+One-dimensional arrays are indexed ``[rod]``, or ``[point]`` where all nodes of a scene form one list. Two-dimensional
+arrays are indexed ``[rod, node]``. On the CPU one thread handles a rod, so the nodes of a rod are adjacent in memory.
+On a GPU adjacent threads handle adjacent rods, so the rods are adjacent. Kernels do not depend on this order, because
+Warp arrays carry their strides.
 """
+
+from typing import Any
 
 import warp as wp
 
 real = wp.float64
-"""The number type of everything that a derivative or a solve is taken of."""
+"""Floating-point type of all fields and linear systems."""
+
+Integers1D = wp.array(dtype=wp.int32)
+Scalars1D = wp.array(dtype=real)
+Vectors1D = wp.array(dtype=wp.vec3d)
+Matrices1D = wp.array(dtype=wp.mat33d)
+
+Integers2D = wp.array2d(dtype=wp.int32)
+Scalars2D = wp.array2d(dtype=real)
+Pairs2D = wp.array2d(dtype=wp.vec2d)
+Vectors2D = wp.array2d(dtype=wp.vec3d)
+Matrices2D = wp.array2d(dtype=wp.mat33d)
+Quaternions2D = wp.array2d(dtype=wp.quatd)
+Values2D = wp.array2d(dtype=Any)
+"""Scalars, pairs or vectors."""
 
 
 def per_node(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
@@ -23,10 +40,10 @@ def per_rod(rods: int, dtype=real, device=None) -> wp.array:
     return wp.zeros(rods, dtype=dtype, device=device)
 
 
-def scratch(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
-    """Room [rods, nodes] that no rod keeps beyond one launch: on a CPU, where rods take turns, one row serves them all.
+def workspace(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
+    """An array [rods, nodes] whose values are not needed after the launch that wrote them.
 
-    It then stays in the nearest cache: what a step reads and writes in memory is the state alone.
+    A launch on the CPU handles one rod after another. There one row serves all rods, and stays in the nearest cache.
     """
     if wp.get_device(device).is_cuda:
         return per_node(rods, nodes, dtype, device)
@@ -34,8 +51,8 @@ def scratch(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
     return _view(row, (rods, nodes), (0, row.strides[0]))
 
 
-def one_zero(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
-    """Zero for every rod and node, stored once; never write to it."""
+def constant_zero(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
+    """An array [rods, nodes] of zeros that is stored as a single zero; it must not be written to."""
     return _view(wp.zeros(1, dtype=dtype, device=device), (rods, nodes), (0, 0))
 
 

@@ -1,25 +1,25 @@
-"""SO(3) and SE(3): exp, log, adjoint and coadjoint actions, path-ordered products (thesis appendices A, B).
+"""SO(3) and SE(3): exp, log, adjoint and coadjoint actions, path-ordered products (dissertation, appendices A, B).
 
-A frame ``S = (R, r)`` carries its directors in the columns of ``R``, the tangent first. An element of se(3)
-is the pair ``(theta, mu)``, angular part first; so is an element of its dual, ``(moment, force)``.
+The columns of ``R`` in a frame ``S = (R, r)`` are the directors, the tangent first. An element of se(3) is a pair
+``(theta, mu)``, angular part first. An element of its dual is a pair ``(moment, force)`` in the same order.
 """
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
 SERIES_BELOW = wp.constant(real(1.0))
-"""The theta^2 below which power series replace the trigonometric forms, which lose digits there."""
+"""The theta^2 below which power series replace the trigonometric forms, which lose digits for small angles."""
 
 
 def factorial(n: int) -> int:
-    """``n!``, on the host."""
+    """``n!``; evaluated on the host."""
     return n * factorial(n - 1) if n > 1 else 1
 
 
-# Eight terms reach round-off at theta^2 = 1. Quotients are taken here, as kernels take them in float32.
+# Eight terms reach round-off at theta^2 = 1. The quotients are formed here: in a kernel they would be float32.
 series = wp.types.vector(8, real)
 SERIES_C = wp.constant(series(*[(-1) ** j / factorial(2 * j + 3) for j in range(8)]))
 SERIES_F = wp.constant(series(*[(-1) ** j / factorial(2 * j + 4) for j in range(8)]))
@@ -42,7 +42,7 @@ def coefficients(theta: wp.vec3d):
     """A, B, C of (B.15), (B.16): ``exp = 1 + A hat + B hat^2``, ``V = 1 + B hat + C hat^2``."""
     t = wp.dot(theta, theta)
     if t < SERIES_BELOW:
-        # A = 1 - theta^2 C and B = 1/2 - theta^2 F: no series of their own, and (B.24) is misprinted.
+        # A = 1 - theta^2 C and B = 1/2 - theta^2 F need no series of their own; (B.24) has a misprint.
         c = power_series(SERIES_C, t)
         return real(1.0) - t * c, real(0.5) - t * power_series(SERIES_F, t), c
     angle = wp.sqrt(t)
@@ -109,7 +109,7 @@ def left_jacobian_inverse(theta: wp.vec3d):
 
 @wp.func
 def quaternion(R: wp.mat33d):
-    """The unit quaternion (x, y, z, w), ``w >= 0``, of any rotation, those by pi included."""
+    """The unit quaternion (x, y, z, w) with ``w >= 0`` of any rotation, including those by pi."""
     q = wp.quat_from_matrix(R)
     if q[3] < real(0.0):
         return -q
@@ -118,7 +118,7 @@ def quaternion(R: wp.mat33d):
 
 @wp.func
 def rotation_log(R: wp.mat33d):
-    """The rotation vector, of length 0 to pi; through the quaternion, as (A.34) divides by ``sin theta``."""
+    """The rotation vector, of length 0 to pi, from the quaternion, because (A.34) divides by ``sin theta``."""
     q = quaternion(R)
     axis = wp.vec3d(q[0], q[1], q[2])
     half_sine = wp.length(axis)
@@ -129,7 +129,7 @@ def rotation_log(R: wp.mat33d):
 
 @wp.func
 def orthonormalise(R: wp.mat33d):
-    """The frame of the same tangent (column 0), right-handed and orthonormal (Gram-Schmidt)."""
+    """The right-handed orthonormal frame with the same tangent, column 0 (Gram-Schmidt)."""
     q0 = wp.normalize(wp.vec3d(R[0, 0], R[1, 0], R[2, 0]))
     q1 = wp.vec3d(R[0, 1], R[1, 1], R[2, 1])
     q1 = wp.normalize(q1 - wp.dot(q0, q1) * q0)
@@ -143,16 +143,16 @@ def orthonormalise(R: wp.mat33d):
 def se3_exp(theta: wp.vec3d, mu: wp.vec3d):
     """The frame ``(R, r)`` of a screw (B.13)."""
     a, b, c = coefficients(theta)
-    turned = wp.cross(theta, mu)
-    return hat_polynomial(theta, a, b), mu + b * turned + c * wp.cross(theta, turned)
+    rotated = wp.cross(theta, mu)
+    return hat_polynomial(theta, a, b), mu + b * rotated + c * wp.cross(theta, rotated)
 
 
 @wp.func
 def se3_log(R: wp.mat33d, r: wp.vec3d):
     """The screw ``(theta, mu)`` of a frame (B.17), ``|theta| <= pi``."""
     theta = rotation_log(R)
-    turned = wp.cross(theta, r)
-    mu = r - real(0.5) * turned + inverse_coefficient(theta) * wp.cross(theta, turned)
+    rotated = wp.cross(theta, r)
+    mu = r - real(0.5) * rotated + inverse_coefficient(theta) * wp.cross(theta, rotated)
     return theta, mu
 
 
@@ -170,9 +170,9 @@ def se3_inverse(R: wp.mat33d, r: wp.vec3d):
 
 @wp.func
 def Ad(R: wp.mat33d, r: wp.vec3d, theta: wp.vec3d, mu: wp.vec3d):
-    """``S (theta, mu) S^-1``: body velocities to spatial ones."""
-    turned = R * theta
-    return turned, R * mu + wp.cross(r, turned)
+    """``S (theta, mu) S^-1``: the spatial velocity of a body velocity."""
+    rotated = R * theta
+    return rotated, R * mu + wp.cross(r, rotated)
 
 
 @wp.func
@@ -183,14 +183,14 @@ def ad(theta: wp.vec3d, mu: wp.vec3d, phi: wp.vec3d, nu: wp.vec3d):
 
 @wp.func
 def Ad_star(R: wp.mat33d, r: wp.vec3d, moment: wp.vec3d, force: wp.vec3d):
-    """The dual of Ad, ``<Ad* p, A> = <p, Ad A>``: spatial momenta to body ones."""
-    back = wp.transpose(R)
-    return back * (moment - wp.cross(r, force)), back * force
+    """The dual of Ad, ``<Ad* p, A> = <p, Ad A>``: the body momentum of a spatial momentum."""
+    inverse = wp.transpose(R)
+    return inverse * (moment - wp.cross(r, force)), inverse * force
 
 
 @wp.func
 def ad_star(theta: wp.vec3d, mu: wp.vec3d, moment: wp.vec3d, force: wp.vec3d):
-    """The dual of ad, ``<ad* p, A> = <p, ad A>`` (B.34): a free body's momentum obeys ``dp/dt = ad*_A p``."""
+    """The dual of ad, ``<ad* p, A> = <p, ad A>`` (B.34). The momentum of a free body obeys ``dp/dt = ad*_A p``."""
     return -(wp.cross(theta, moment) + wp.cross(mu, force)), -wp.cross(theta, force)
 
 
@@ -199,14 +199,14 @@ def ad_star(theta: wp.vec3d, mu: wp.vec3d, moment: wp.vec3d, force: wp.vec3d):
 
 @wp.func
 def advance(R: wp.mat33d, r: wp.vec3d, omega: wp.vec3d, u: wp.vec3d, dt: real):
-    """``S exp(dt A)``: second order with ``A = (omega, u)`` at the midpoint (Magnus) or the ends' mean."""
+    """``S exp(dt A)``: second order if ``A = (omega, u)`` is the midpoint value (Magnus) or the mean of both ends."""
     Q, q = se3_exp(dt * omega, dt * u)
     return se3_compose(R, r, Q, q)
 
 
 @wp.func
 def advance_along(R: wp.mat33d, r: wp.vec3d, strain: wp.vec3d, ds: real):
-    """``S exp(ds (strain, e0))`` (D.81), (D.82): one cell along an inextensible, unshearable rod."""
+    """``S exp(ds (strain, e0))`` (D.81), (D.82): the frame one cell further along an inextensible, unshearable rod."""
     theta = ds * strain
     a, b, c = coefficients(theta)
     x, y, z = theta[0], theta[1], theta[2]
@@ -216,13 +216,13 @@ def advance_along(R: wp.mat33d, r: wp.vec3d, strain: wp.vec3d, ds: real):
 
 @wp.kernel
 def integrate_frames(
-    strain: wp.array2d[wp.vec3d],
-    spacing: wp.array[real],
+    strain: Vectors2D,
+    spacing: Scalars1D,
     start_node: int,
-    R: wp.array2d[wp.mat33d],
-    r: wp.array2d[wp.vec3d],
+    R: Matrices2D,
+    r: Vectors2D,
 ):
-    """Frames outwards from the one given at ``start_node``, one thread a rod (2.48), (D.77)."""
+    """Frames from the given one at ``start_node`` outwards, one thread for each rod (2.48), (D.77)."""
     rod = wp.tid()
     half = real(0.5)
     nodes = strain.shape[1]

@@ -1,8 +1,8 @@
-"""The status of a rod: sound, or why it was frozen. Its words are in ``warp_rods/rods/status.py``."""
+"""The status of a rod: ok, or why it was frozen. The words are in ``warp_rods/rods/status.py``."""
 
 import warp as wp
 
-SOUND = wp.constant(0)
+OK = wp.constant(0)
 NOT_FINITE = wp.constant(1)
 OFF_SURFACE = wp.constant(2)
 TOO_BENT = wp.constant(3)

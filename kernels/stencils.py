@@ -1,26 +1,24 @@
 """Derivatives and integrals along a rod, second order in the node spacing, ends included.
 
-Every function takes an array ``f`` [rod, node] of numbers or vectors, a rod, and where needed a node and the
-spacing ``h`` of the nodes. Differences are taken before they are weighted, so that the derivative of a
-constant is exactly zero.
+Every function takes an array ``f`` [rod, node] of scalars or vectors, the number of a rod, and where needed the number
+of a node and the spacing ``h`` of the nodes. Differences are formed before they are weighted, so that the derivative of
+a constant is exactly zero.
 """
 
 from typing import Any
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Values2D, real
 
 wp.set_module_options({"enable_backward": False})
 
-field = wp.array2d(dtype=Any)
-
 
 @wp.func
-def derivative(f: field, rod: int, i: int, h: real):
-    """``f'`` at node ``i``: central inside, three points at the ends; nodes >= 3."""
+def derivative(f: Values2D, rod: int, i: int, h: real):
+    """``f'`` at node ``i``: central at inner nodes, three points at the ends; at least 3 nodes."""
     last = f.shape[1] - 1
-    # The three-point formula at an end, walked inwards: 2 h f' = 4 (f1 − f0) − (f2 − f0).
+    # The three-point formula at an end, with nodes counted inwards: 2 h f' = 4 (f1 − f0) − (f2 − f0).
     inwards = 1
     if i == last:
         inwards = -1
@@ -32,16 +30,16 @@ def derivative(f: field, rod: int, i: int, h: real):
 
 
 @wp.func
-def second_difference(f: field, rod: int, i: int):
+def second_difference(f: Values2D, rod: int, i: int):
     """``f[i-1] − 2 f[i] + f[i+1]`` at an inner node."""
     return (f[rod, i + 1] - f[rod, i]) - (f[rod, i] - f[rod, i - 1])
 
 
 @wp.func
-def second_derivative(f: field, rod: int, i: int, h: real):
-    """``f''`` at node ``i``: central inside, four points at the ends; nodes >= 4."""
+def second_derivative(f: Values2D, rod: int, i: int, h: real):
+    """``f''`` at node ``i``: central at inner nodes, four points at the ends; at least 4 nodes."""
     last = f.shape[1] - 1
-    # At an end, the second differences of the first two inner nodes are extrapolated to it.
+    # At an end: linear extrapolation of the second differences at the next two nodes.
     inwards = 1
     if i == last:
         inwards = -1
@@ -53,44 +51,44 @@ def second_derivative(f: field, rod: int, i: int, h: real):
 
 
 @wp.func
-def second_derivative_at_start(f: field, rod: int, slope: Any, h: real):
-    """``f''`` at the first node where ``f'`` is known to be ``slope``: a mirror node beyond the end.
+def second_derivative_at_start(f: Values2D, rod: int, slope: Any, h: real):
+    """``f''`` at the first node where ``f'`` is known to be ``slope``, by a mirror node beyond the end.
 
-    Its own error is of first order; a scheme that uses it as a boundary condition keeps second order.
+    The formula is of first order; a scheme that uses it as a boundary condition is still of second order.
     """
     return real(2.0) * (f[rod, 1] - f[rod, 0] - h * slope) / (h * h)
 
 
 @wp.func
-def second_derivative_at_end(f: field, rod: int, slope: Any, h: real):
-    """``f''`` at the last node where ``f'`` is known to be ``slope``; as ``second_derivative_at_start``."""
+def second_derivative_at_end(f: Values2D, rod: int, slope: Any, h: real):
+    """``f''`` at the last node where ``f'`` is known to be ``slope``; see ``second_derivative_at_start``."""
     last = f.shape[1] - 1
     return real(2.0) * (f[rod, last - 1] - f[rod, last] + h * slope) / (h * h)
 
 
 @wp.func
-def half_difference(f: field, rod: int, i: int, h: real):
+def half_difference(f: Values2D, rod: int, i: int, h: real):
     """``f'`` at the half node between nodes ``i`` and ``i + 1``."""
     return (f[rod, i + 1] - f[rod, i]) / h
 
 
 @wp.func
-def half_average(f: field, rod: int, i: int):
+def half_average(f: Values2D, rod: int, i: int):
     """``f`` at the half node between nodes ``i`` and ``i + 1``."""
     return real(0.5) * (f[rod, i] + f[rod, i + 1])
 
 
 @wp.func
 def trapezoid_weight(i: int, nodes: int, h: real):
-    """The length that node ``i`` stands for: ``h``, and half of it at the ends."""
+    """The weight of node ``i`` in the trapezoid rule: ``h``, and ``h/2`` at the ends."""
     if i == 0 or i == nodes - 1:
         return real(0.5) * h
     return h
 
 
 @wp.func
-def integral(f: field, rod: int, h: real):
-    """``∫ f ds`` over the rod by the trapezoid rule; the nodes are summed from start to end."""
+def integral(f: Values2D, rod: int, h: real):
+    """``∫ f ds`` over the rod by the trapezoid rule, summed from the first node to the last."""
     last = f.shape[1] - 1
     total = real(0.5) * (f[rod, 0] + f[rod, last])
     for i in range(1, last):

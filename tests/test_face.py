@@ -62,7 +62,7 @@ def test_objects_say_what_they_are():
     scene = wr.Scene(swimmers=[cells], time={"end": 1})
     simulation = wr.Simulation(scene, "cpu")
     assert repr(torus).startswith("<Surface torus (major = 1.0, minor = 0.4): closed")
-    assert repr(rods) == "<FreeRods: 2 rods of 33 nodes on cpu, t = 0, all sound>"
+    assert repr(rods) == "<FreeRods: 2 rods of 33 nodes on cpu, t = 0, all ok>"
     assert repr(scene) == "<Scene: cells (3 swimmers); until t = 1>"
     assert repr(simulation) == "<Simulation of 3 cells on cpu: t = 0 of 1>"
 

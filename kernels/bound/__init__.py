@@ -1,1 +1,1 @@
-"""Filaments bound to a surface (model §3; thesis chapter 5)."""
+"""Filaments bound to a surface (docs/model.md §3; dissertation, chapter 5)."""

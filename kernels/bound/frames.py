@@ -1,7 +1,7 @@
-"""Frames of surface-bound filaments (model §3, "Time"; thesis 5.52, 5.53, D.74, D.81, D.82).
+"""Frames of surface-bound filaments in time and along the rod (docs/model.md §3.6).
 
-The frame of the middle node by AB2-Magnus (a clamped end's stays); the others outwards from it, each projected to
-the surface once.
+The frame of the tracked node advances by an Adams-Bashforth mean and one exponential (5.52), (5.53), (D.74); a clamped
+end stays. The other frames follow from it outwards (D.77), (D.81), (D.82), each projected onto the surface once.
 """
 
 import functools
@@ -9,14 +9,15 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.bound.rod import node_velocity, spin, strain
+from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_of
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import History
 from warp_rods.kernels.clock import RATIO, STEP, TIME
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance, advance_along
-from warp_rods.kernels.status import OFF_SURFACE, SOUND
+from warp_rods.kernels.status import OFF_SURFACE, OK
 from warp_rods.kernels.surface.geometry import (
+    ParameterArray,
     Parameters,
     curvature,
     frame,
@@ -28,14 +29,14 @@ from warp_rods.kernels.surface.geometry import (
 
 wp.set_module_options({"enable_backward": False})
 
-FAR = wp.constant(real(1.0e-3))
-"""A middle node that one Newton step must move by more than this share of Δs has left its surface."""
+LARGEST_PROJECTION = wp.constant(real(1.0e-3))
+"""Fraction of Δs. A tracked node that would be projected by more than this (and 0.1 Δt |u|) has left its surface."""
 
 
 @wp.func
-def extrapolate(now: wp.vec3d, before: wp.vec3d, ratio: real) -> wp.vec3d:
-    """Two-step Adams-Bashforth mean over the coming step, whose length is ``ratio`` times the last."""
-    return now + real(0.5) * ratio * (now - before)
+def extrapolate(now: wp.vec3d, previous: wp.vec3d, ratio: real) -> wp.vec3d:
+    """Two-step Adams-Bashforth mean over the next step, whose length is ``ratio`` times that of the last one."""
+    return now + real(0.5) * ratio * (now - previous)
 
 
 @wp.func
@@ -50,17 +51,17 @@ def second_column(R: wp.mat33d) -> wp.vec3d:
 
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """The kernels that need the surface: ``.advance_middle``, ``.rebuild``, ``.place``, ``.residuals``, ``.motion``."""
+    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``, ``motion``."""
 
     @wp.func
-    def on_phi(p: Parameters, x: wp.vec3d) -> wp.vec3d:
+    def project(p: Parameters, x: wp.vec3d) -> wp.vec3d:
         """One Newton step towards the surface."""
         phi, g, _H = field(x, p)
         return to_surface(x, phi, g)
 
     @wp.func
-    def settle(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
-        """Store node i at r with the tangent of R turned into the tangent plane."""
+    def store_frame(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
+        """Store node i at r, with the tangent of R projected into the tangent plane."""
         _phi, g, H = field(r, p)
         n = normal(g)
         q = to_tangent(first_column(R), n)
@@ -69,112 +70,111 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         f.curvature[rod, i] = curvature(g, H, q)
 
     @wp.func
-    def next_curvature(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
+    def curvature_at(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
+        """(K11, K12, K22) at r for the tangent of R."""
         _phi, g, H = field(r, p)
         return curvature(g, H, to_tangent(first_column(R), normal(g)))
 
     @wp.func
-    def cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d):
-        """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77), two sweeps, then onto the surface.
+    def advance_cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d):
+        """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
 
-        The chord keeps the length that its helix gives it, so that projecting does not stretch the rod.
+        The chord keeps the length that the exponential gives it, so that the projection does not stretch the rod.
         """
         ds = f.spacing[rod] * real(j - i)
         R = f.rotation[rod, i]
         r = f.position[rod, i]
-        here = strain(f.curvature[rod, i], f.geodesic[rod, i])
-        mean = real(0.5) * (here + strain(guess, f.geodesic[rod, j]))
+        strain_i = strain_of(f.curvature[rod, i], f.geodesic[rod, i])
+        mean = real(0.5) * (strain_i + strain_of(guess, f.geodesic[rod, j]))
         Q, x = advance_along(R, r, mean, ds)
-        mean = real(0.5) * (here + strain(next_curvature(p, Q, x), f.geodesic[rod, j]))
+        mean = real(0.5) * (strain_i + strain_of(curvature_at(p, Q, x), f.geodesic[rod, j]))
         Q, x = advance_along(R, r, mean, ds)
-        chord = on_phi(p, x) - r
-        settle(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+        chord = project(p, x) - r
+        store_frame(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
 
     @wp.kernel(module="unique", enable_backward=False)
-    def place(f: Filaments, parameters: wp.array(dtype=Parameters), node: int):
-        """One node's frame put on the surface, as given in position and rotation, by Newton steps."""
+    def place(f: Filaments, parameters: ParameterArray, node: int):
+        """Project the position and rotation of one node onto the surface, by Newton steps."""
         rod = wp.tid()
         r = f.position[rod, node]
         for _ in range(20):
-            r = on_phi(parameters[0], r)
-        settle(f, parameters[0], rod, node, f.rotation[rod, node], r)
+            r = project(parameters[0], r)
+        store_frame(f, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def advance_middle(
-        f: Filaments, past: History, parameters: wp.array(dtype=Parameters), clock: wp.array(dtype=wp.float64)
-    ):
-        """The middle frame over one step by AB2-Magnus, and onto the surface.
+    def advance_tracked(f: Filaments, past: History, parameters: ParameterArray, clock: Scalars1D):
+        """Advance the frame of the tracked node by one step, and project it onto the surface.
 
-        Two Newton steps: the first leaves an error of second order in a step that may be long at the start.
+        Two Newton steps are needed, because the error of the first is of second order in a step that may be long.
         """
         rod = wp.tid()
-        if f.status[rod] != SOUND:
+        if f.status[rod] != OK:
             return
-        middle = f.anchor
+        node = f.tracked
         dt = clock[STEP]
         ratio = clock[RATIO]
-        omega = spin(f, rod, middle)
-        u = node_velocity(f, rod, middle)
-        omega_mean = extrapolate(omega, past.spin[rod], ratio)
+        omega = angular_velocity(f, rod, node)
+        u = node_velocity(f, rod, node)
+        omega_mean = extrapolate(omega, past.angular_velocity[rod], ratio)
         u_mean = extrapolate(u, past.velocity[rod], ratio)
-        past.spin[rod] = omega
+        past.angular_velocity[rod] = omega
         past.velocity[rod] = u
-        R, r = advance(f.rotation[rod, middle], f.position[rod, middle], omega_mean, u_mean, dt)
-        x = on_phi(parameters[0], on_phi(parameters[0], r))
-        if not (wp.length(x - r) < FAR * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
+        R, r = advance(f.rotation[rod, node], f.position[rod, node], omega_mean, u_mean, dt)
+        x = project(parameters[0], project(parameters[0], r))
+        if not (wp.length(x - r) < LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
             f.status[rod] = OFF_SURFACE
             past.failed_at[rod] = clock[TIME]
             return
-        settle(f, parameters[0], rod, middle, R, x)
+        store_frame(f, parameters[0], rod, node, R, x)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def rebuild(f: Filaments, parameters: wp.array(dtype=Parameters), middle: int):
-        """Frames from the middle node to either end; one thread a half rod."""
+    def rebuild(f: Filaments, parameters: ParameterArray, node: int):
+        """Frames from that of ``node`` towards both ends; one thread for each side of a rod."""
         rod, side = wp.tid()
-        if f.status[rod] != SOUND:
+        if f.status[rod] != OK:
             return
         direction = 2 * side - 1
-        count = middle
+        count = node
         if side == 1:
-            count = f.geodesic.shape[1] - 1 - middle
-        guess = f.curvature[rod, middle]
+            count = f.geodesic.shape[1] - 1 - node
+        guess = f.curvature[rod, node]
         for k in range(count):
-            i = middle + direction * k
-            cell(f, parameters[0], rod, i, i + direction, guess)
+            i = node + direction * k
+            advance_cell(f, parameters[0], rod, i, i + direction, guess)
             guess = real(2.0) * f.curvature[rod, i + direction] - f.curvature[rod, i]
 
     @wp.kernel(module="unique", enable_backward=False)
-    def residuals(f: Filaments, parameters: wp.array(dtype=Parameters), worst: wp.array(dtype=wp.vec3d)):
-        """Worst |φ|/|∇φ|, |q·n| and relative error of a segment's length over each rod's nodes."""
+    def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):
+        """The largest |φ|/|∇φ|, |q·n| and relative error of the length of a segment over the nodes of each rod."""
         rod = wp.tid()
         nodes = f.geodesic.shape[1]
-        w = wp.vec3d()
+        found = wp.vec3d()
         origin = wp.vec3d()
         for i in range(nodes):
             phi, g, _H = field(f.position[rod, i], parameters[0])
             q = first_column(f.rotation[rod, i])
             stretch = real(0.0)
             if i > 0:
-                before = strain(f.curvature[rod, i - 1], f.geodesic[rod, i - 1])
-                mean = real(0.5) * (before + strain(f.curvature[rod, i], f.geodesic[rod, i]))
+                before = strain_of(f.curvature[rod, i - 1], f.geodesic[rod, i - 1])
+                mean = real(0.5) * (before + strain_of(f.curvature[rod, i], f.geodesic[rod, i]))
                 _R, chord = advance_along(f.rotation[rod, i], origin, mean, f.spacing[rod])
                 actual = wp.length(f.position[rod, i] - f.position[rod, i - 1])
                 stretch = wp.abs(actual / wp.length(chord) - real(1.0))
-            w = wp.max(w, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
-        worst[rod] = w
+            found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
+        largest[rod] = found
 
     @wp.kernel(module="unique", enable_backward=False)
-    def motion(f: Filaments, parameters: wp.array(dtype=Parameters), span: real):
-        """V and V_1 at nodes; parameters now, half a span of time before and after."""
+    def motion(f: Filaments, parameters: ParameterArray, span: real):
+        """V and V_1 at nodes; ``parameters`` are those of now, and of half a ``span`` of time before and after."""
         rod, i = wp.tid()
         r = f.position[rod, i]
         phi0, g0, _H0 = field(r, parameters[1])
         phi1, g1, _H1 = field(r, parameters[2])
         _phi, g, H = field(r, parameters[0])
-        V, slope = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
+        V, gradient = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
         f.normal_velocity[rod, i] = V
-        f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), slope)
+        f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), gradient)
 
     return SimpleNamespace(
-        place=place, advance_middle=advance_middle, rebuild=rebuild, residuals=residuals, motion=motion
+        place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals, motion=motion
     )

@@ -1,44 +1,49 @@
-"""The arrays of an ensemble of surface-bound filaments, as its kernels take them."""
+"""The arrays of an ensemble of surface-bound filaments, grouped as the kernels take them."""
 
 import warp as wp
 
-wp.set_module_options({"enable_backward": False})
+from warp_rods.kernels.layout import (
+    Integers1D,
+    Matrices2D,
+    Scalars1D,
+    Scalars2D,
+    Vectors1D,
+    Vectors2D,
+)
 
-scalars = wp.array2d(dtype=wp.float64)
-vectors = wp.array2d(dtype=wp.vec3d)
-per_rod = wp.array(dtype=wp.float64)
+wp.set_module_options({"enable_backward": False})
 
 
 @wp.struct
 class Filaments:
-    """The arrays of one ensemble: parameters per rod, state and workspace per node [rod, node]."""
+    """Parameters [rod], state and workspace [rod, node] of one ensemble."""
 
-    spacing: wp.array(dtype=wp.float64)  # Δs
-    stiffness: wp.array(dtype=wp.vec3d)  # B: twist, normal bending, geodesic bending
-    intrinsic: wp.array(dtype=wp.vec3d)  # σ
-    drag: wp.array(dtype=wp.vec3d)  # ζ∥, ζ⊥, ζr
-    status: wp.array(dtype=wp.int32)  # 0: well; else frozen
-    start_clamped: int  # 1: the first node's position and tangent are held
-    end_clamped: int  # 1: the last node's are
-    anchor: int  # the node whose frame is tracked: a clamped one, else the middle
-    growth_rate: wp.array(dtype=wp.float64)  # dL/dt
+    spacing: Scalars1D  # Δs
+    stiffness: Vectors1D  # B: twist, normal bending, geodesic bending
+    intrinsic: Vectors1D  # σ
+    drag: Vectors1D  # ζ∥, ζ⊥, ζr
+    status: Integers1D  # OK, or why the rod was frozen
+    start_clamped: int  # 1: the first node is clamped
+    end_clamped: int  # 1: the last node is clamped
+    tracked: int  # the node whose frame is advanced in time: a clamped end, otherwise the middle
+    growth_rate: Scalars1D  # dL/dt
 
-    geodesic: scalars  # Ω
-    curvature: vectors  # K11, K12, K22 in the pair (q, n×q)
-    rotation: wp.array2d(dtype=wp.mat33d)  # columns q, n×q, n
-    position: vectors  # r
-    force: vectors  # external force per length, in space
-    moving: int  # 1: the membrane moves
-    normal_velocity: scalars  # V, velocity of the membrane along n; zero where it rests
-    normal_velocity_slope: scalars  # V_1 = (n×q)·∇V
+    geodesic: Scalars2D  # Ω
+    curvature: Vectors2D  # K11, K12, K22 in the pair (q, n×q)
+    rotation: Matrices2D  # columns q, n×q, n
+    position: Vectors2D  # r
+    force: Vectors2D  # external force per length, in space
+    membrane_moves: int  # 1: the membrane moves
+    normal_velocity: Scalars2D  # V, velocity of the membrane along n
+    normal_velocity_slope: Scalars2D  # V_1 = (n×q)·∇V
 
-    moment: vectors  # m = B(Ω − σ)
-    shear: scalars  # K11 m1 + K12 m2
-    transverse_force: scalars  # Y2
-    to_left: scalars  # u1 at i + 1/2 is to_left λ_i + to_right λ_(i+1) + remainder
-    to_right: scalars
-    remainder: scalars
-    tension: scalars  # λ
-    along: scalars  # u1, half nodes
-    across: scalars  # u2
-    rate: scalars  # ∂Ω/∂t
+    moment: Vectors2D  # m = B(Ω − σ)
+    shear_term: Scalars2D  # K11 m1 + K12 m2, so that λ2 = −m3' − shear_term
+    transverse_force: Scalars2D  # Y2
+    u1_left: Scalars2D  # u1 at i + ½ is u1_left λ_i + u1_right λ_(i+1) + u1_constant
+    u1_right: Scalars2D
+    u1_constant: Scalars2D
+    tension: Scalars2D  # λ
+    velocity_along: Scalars2D  # u1, half nodes
+    velocity_across: Scalars2D  # u2
+    geodesic_rate: Scalars2D  # ∂Ω/∂t

@@ -1,15 +1,15 @@
-"""Time step of surface-bound filaments: Ω by SBDF2 in increments, length by its table (model §3, "Time", growth).
+"""The time step of filaments: Ω by the two-step formula, length from its table (docs/model.md §3.5, §3.8).
 
-A rod whose increment is not finite keeps its last state and gets a status.
+A rod whose next state would be invalid is frozen at its present state and gets a status (docs/model.md §3.9).
 """
 
 import warp as wp
 
-from warp_rods.kernels.bound.rod import node_velocity, spin
-from warp_rods.kernels.bound.state import Filaments, scalars
-from warp_rods.kernels.clock import RATIO, STEP, TIME, per_clock
-from warp_rods.kernels.layout import real
-from warp_rods.kernels.status import NOT_FINITE, SOUND, TOO_BENT, TOO_FAST
+from warp_rods.kernels.bound.rod import angular_velocity, node_velocity
+from warp_rods.kernels.bound.state import Filaments
+from warp_rods.kernels.clock import RATIO, STEP, TIME
+from warp_rods.kernels.layout import Scalars1D, Scalars2D, Vectors1D, real
+from warp_rods.kernels.status import NOT_FINITE, OK, TOO_BENT, TOO_FAST
 
 wp.set_module_options({"enable_backward": False})
 
@@ -18,38 +18,38 @@ HALF_TURN = wp.constant(real(wp.pi))
 
 @wp.struct
 class History:
-    """What the two-step scheme remembers [rod] and [rod, node]."""
+    """Values of the previous step that the two-step formula uses [rod] and [rod, node]."""
 
-    geodesic: scalars  # Ω one step ago
-    rate: scalars  # ∂Ω/∂t one step ago
-    increment: scalars  # δ = Ωⁿ⁺¹ − Ω*
-    spin: wp.array(dtype=wp.vec3d)  # ω of the middle node one step ago
-    velocity: wp.array(dtype=wp.vec3d)  # u of the middle node one step ago
-    failed_at: wp.array(dtype=wp.float64)  # t at which the status was set
+    geodesic: Scalars2D  # Ω one step ago
+    geodesic_rate: Scalars2D  # ∂Ω/∂t one step ago
+    increment: Scalars2D  # δ = Ωⁿ⁺¹ − Ω*
+    angular_velocity: Vectors1D  # ω of the tracked node one step ago
+    velocity: Vectors1D  # u of the tracked node one step ago
+    failed_at: Scalars1D  # time at which the rod was frozen
 
 
 @wp.struct
 class Growth:
-    """Length of each rod against time, linear between knots, constant outside them."""
+    """Length of each rod against time, linear between the knots and constant outside them [rod, knot]."""
 
-    time: scalars  # [rod, knot]
-    length: scalars
+    time: Scalars2D
+    length: Scalars2D
 
 
 @wp.kernel
-def grow(f: Filaments, growth: Growth, clock: per_clock):
-    """Length and dL/dt at the end of the step."""
+def grow(f: Filaments, growth: Growth, clock: Scalars1D):
+    """Spacing and dL/dt at the end of the step."""
     rod = wp.tid()
-    if f.status[rod] != SOUND:
+    if f.status[rod] != OK:
         return
     t = clock[TIME] + clock[STEP]
     length = growth.length[rod, 0]
     rate = real(0.0)
     for k in range(growth.time.shape[1] - 1):
-        begin = growth.time[rod, k]
-        if t >= begin:
-            rate = (growth.length[rod, k + 1] - growth.length[rod, k]) / (growth.time[rod, k + 1] - begin)
-            length = growth.length[rod, k] + rate * (t - begin)
+        start = growth.time[rod, k]
+        if t >= start:
+            rate = (growth.length[rod, k + 1] - growth.length[rod, k]) / (growth.time[rod, k + 1] - start)
+            length = growth.length[rod, k] + rate * (t - start)
     last = growth.time.shape[1] - 1
     if t >= growth.time[rod, last]:
         length = growth.length[rod, last]
@@ -59,54 +59,54 @@ def grow(f: Filaments, growth: Growth, clock: per_clock):
 
 
 @wp.kernel
-def increment_right_hand_side(f: Filaments, past: History, clock: per_clock):
-    """Δt((1 + w) R − w R_old) − w(Ω − Ω_old), w the ratio of steps; Euler at w = 0."""
+def set_increment_rhs(f: Filaments, past: History, clock: Scalars1D):
+    """Δt((1 + ρ) Fⁿ − ρ Fⁿ⁻¹) − ρ(Ωⁿ − Ωⁿ⁻¹) with F = ∂Ω/∂t; ρ = 0 is an Euler step."""
     rod, i = wp.tid()
     dt = clock[STEP]
-    w = clock[RATIO]
-    extrapolated = (real(1.0) + w) * f.rate[rod, i] - w * past.rate[rod, i]
-    past.increment[rod, i] = dt * extrapolated - w * (f.geodesic[rod, i] - past.geodesic[rod, i])
+    rho = clock[RATIO]
+    extrapolated = (real(1.0) + rho) * f.geodesic_rate[rod, i] - rho * past.geodesic_rate[rod, i]
+    past.increment[rod, i] = dt * extrapolated - rho * (f.geodesic[rod, i] - past.geodesic[rod, i])
 
 
 @wp.func
-def status_of(f: Filaments, past: History, clock: per_clock, rod: int) -> int:
-    """Whether the next state is finite, bends by less than half a turn a cell, and is less than a length away."""
-    sharpest = real(0.0)
+def status_of(f: Filaments, past: History, clock: Scalars1D, rod: int) -> int:
+    """OK if the next state is finite, bends by less than half a turn a cell, and moves by less than its length."""
+    largest = real(0.0)
     total = real(0.0)
     for i in range(f.geodesic.shape[1]):
-        turn = f.geodesic[rod, i] + clock[RATIO] * (f.geodesic[rod, i] - past.geodesic[rod, i])
-        turn += past.increment[rod, i]
-        sharpest = wp.max(sharpest, wp.abs(turn))
-        total += turn
+        geodesic = f.geodesic[rod, i] + clock[RATIO] * (f.geodesic[rod, i] - past.geodesic[rod, i])
+        geodesic += past.increment[rod, i]
+        largest = wp.max(largest, wp.abs(geodesic))
+        total += geodesic
     h = f.spacing[rod]
-    u = node_velocity(f, rod, f.anchor)
-    distance = clock[STEP] * (wp.length(u) + h * wp.length(spin(f, rod, f.anchor)))
+    u = node_velocity(f, rod, f.tracked)
+    distance = clock[STEP] * (wp.length(u) + h * wp.length(angular_velocity(f, rod, f.tracked)))
     if not (wp.isfinite(total) and wp.isfinite(distance)):
         return NOT_FINITE
-    if sharpest * h > HALF_TURN:
+    if largest * h > HALF_TURN:
         return TOO_BENT
     if distance > h * real(f.geodesic.shape[1] - 1):
         return TOO_FAST
-    return SOUND
+    return OK
 
 
 @wp.kernel
-def freeze_failing(f: Filaments, past: History, clock: per_clock):
-    """Freeze a rod before a step that would take it out of bounds: see ``status_of``."""
+def freeze_failing(f: Filaments, past: History, clock: Scalars1D):
+    """Freeze a rod whose next state would be invalid; see ``status_of``."""
     rod = wp.tid()
-    if f.status[rod] == SOUND:
+    if f.status[rod] == OK:
         f.status[rod] = status_of(f, past, clock, rod)
-        if f.status[rod] != SOUND:
+        if f.status[rod] != OK:
             past.failed_at[rod] = clock[TIME]
 
 
 @wp.kernel
-def advance_geodesic(f: Filaments, past: History, clock: per_clock):
-    """Ωⁿ⁺¹ = Ω + w(Ω − Ω_old) + δ; history moved on."""
+def advance_geodesic(f: Filaments, past: History, clock: Scalars1D):
+    """Ωⁿ⁺¹ = Ωⁿ + ρ(Ωⁿ − Ωⁿ⁻¹) + δ; the present values become those of the previous step."""
     rod, i = wp.tid()
-    if f.status[rod] != SOUND:
+    if f.status[rod] != OK:
         return
     now = f.geodesic[rod, i]
     f.geodesic[rod, i] = now + clock[RATIO] * (now - past.geodesic[rod, i]) + past.increment[rod, i]
     past.geodesic[rod, i] = now
-    past.rate[rod, i] = f.rate[rod, i]
+    past.geodesic_rate[rod, i] = f.geodesic_rate[rod, i]

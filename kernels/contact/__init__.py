@@ -1,1 +1,1 @@
-"""What rods feel of each other and of their box: pair forces, lists of neighbours, walls."""
+"""Contact of rods with each other and with walls: pair forces, neighbour lists, boxes (docs/model.md §6)."""

@@ -1,24 +1,24 @@
-"""Where rods live, as kernels see it: periods along the axes, and soft walls.
+"""The box of a scene: periods along the axes, and soft walls (docs/model.md §6.2, §6.3).
 
-A period of 0 stands for an axis without one. Positions are never wrapped: of a pair the nearest images count.
+A period of 0 marks an axis that is not periodic. Positions are never wrapped: the nearest image of each pair counts.
 """
 
 import functools
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Scalars1D, Vectors2D, real
 from warp_rods.kernels.stencils import trapezoid_weight
-from warp_rods.kernels.surface.geometry import Parameters
+from warp_rods.kernels.surface.geometry import ParameterArray, Parameters
 
 wp.set_module_options({"enable_backward": False})
 
-FAR = wp.constant(real(-1e300))
+FAR_AWAY = wp.constant(real(-1e300))
 
 
 @wp.func
 def nearest(d: real, period: real) -> real:
-    """A separation along one axis, between nearest images."""
+    """The component of a separation along one axis, between nearest images."""
     if period == real(0.0):
         return d
     return d - period * wp.rint(d / period)
@@ -26,23 +26,23 @@ def nearest(d: real, period: real) -> real:
 
 @wp.func
 def nearest_image(d: wp.vec3d, period: wp.vec3d) -> wp.vec3d:
-    """The separation of two points' nearest images."""
+    """The separation between the nearest images of two points."""
     return wp.vec3d(nearest(d[0], period[0]), nearest(d[1], period[1]), nearest(d[2], period[2]))
 
 
 @wp.func
 def slab(x: wp.vec3d, p: Parameters):
-    """φ = |z| − h/2: two walls, and φ, ∇φ, ∇∇φ like those of a membrane."""
+    """φ = |z| − h/2 of two walls, with ∇φ and ∇∇φ as for a membrane."""
     outward = wp.where(x[2] < real(0.0), real(-1.0), real(1.0))
     return wp.abs(x[2]) - real(0.5) * p.v[0], wp.vec3d(real(0.0), real(0.0), outward), wp.mat33d()
 
 
 @wp.func
 def distance(phi: real, gradient: wp.vec3d, hessian: wp.mat33d):
-    """(d, ∇d) of d = φ/|∇φ|, the distance to φ = 0 to first order; where ∇φ vanishes the wall is far."""
+    """(d, ∇d) of d = φ/|∇φ|, the distance to φ = 0 to first order; a point where ∇φ vanishes is far inside."""
     size = wp.length(gradient)
     if size == real(0.0):
-        return FAR, wp.vec3d()
+        return FAR_AWAY, wp.vec3d()
     n = gradient / size
     return phi / size, n - (hessian * n) * (phi / (size * size))
 
@@ -51,30 +51,31 @@ def distance(phi: real, gradient: wp.vec3d, hessian: wp.mat33d):
 def walls_of(field: wp.Function):
     """The kernel of a soft wall along φ = 0 of a ``field``: W = ½ k (d + δ)² per length where d > −δ; ``dim = rods``.
 
-    d is the distance outside, with ``side`` = −1 inside: rods are kept on the other side. Adds −∇W to ``force`` and
-    keeps each rod's energy ∫ W ds.
+    d is the distance outside the surface, or inside it for ``side`` = −1. The kernel adds −∇W to ``force`` and stores
+    the energy ∫ W ds of each rod.
     """
 
     @wp.kernel(module="unique", enable_backward=False)
-    def confine(
-        position: wp.array2d(dtype=wp.vec3d),
-        spacing: wp.array(dtype=wp.float64),
-        parameters: wp.array(dtype=Parameters),
+    def add_wall_force(
+        position: Vectors2D,
+        spacing: Scalars1D,
+        parameters: ParameterArray,
         side: real,
         strength: real,
-        reach: real,
-        force: wp.array2d(dtype=wp.vec3d),
-        energy: wp.array(dtype=wp.float64),
+        wall_range: real,
+        force: Vectors2D,
+        energy: Scalars1D,
     ):
         rod = wp.tid()
         total = real(0.0)
-        for i in range(position.shape[1]):
+        nodes = position.shape[1]
+        for i in range(nodes):
             phi, g, H = field(position[rod, i], parameters[0])
-            d, outward = distance(side * phi, side * g, side * H)
-            inside = d + reach
-            if inside > real(0.0):
-                force[rod, i] -= (strength * inside) * outward
-                total += trapezoid_weight(i, position.shape[1], spacing[rod]) * inside * inside
+            d, gradient = distance(side * phi, side * g, side * H)
+            depth = d + wall_range
+            if depth > real(0.0):
+                force[rod, i] -= (strength * depth) * gradient
+                total += trapezoid_weight(i, nodes, spacing[rod]) * depth * depth
         energy[rod] = real(0.5) * strength * total
 
-    return confine
+    return add_wall_force

@@ -1,109 +1,105 @@
-"""Lists of neighbours: for every node of a scene the others that may come within reach before lists are made anew.
+"""Neighbour lists: for each node of a scene the other nodes within the cut-off and a skin (docs/model.md §6.2).
 
-Lists are made of all pairs within the reach and a skin; they hold until a node has moved by half the skin. On a
-periodic axis the cells of the hash grid divide the period, so that its own wrapping is that of the box.
+Lists are valid until a node has moved by half the skin. On a periodic axis the cells of the hash grid divide the
+period, so that the wrapping of the grid is that of the box.
 """
 
 import warp as wp
 
 from warp_rods.kernels.contact.box import nearest_image
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Integers1D, Integers2D, Scalars1D, Vectors1D, Vectors2D, real
 from warp_rods.kernels.stencils import trapezoid_weight
 
 wp.set_module_options({"enable_backward": False})
 
-STEP = wp.constant(0)
-DRIFT = wp.constant(1)
-"""Places in ``moved``: the square of the largest displacement of a node in one step, and since lists were made."""
+IN_A_STEP = wp.constant(0)
+"""Index in ``largest_moves``: the square of the largest displacement of a node in one step."""
+SINCE_LISTED = wp.constant(1)
+"""Index in ``largest_moves``: the square of the largest displacement since the lists were built."""
 
 
 @wp.struct
-class Cloud:
-    """Every node of every ensemble in one list [point]."""
+class Points:
+    """All nodes of all ensembles in one list [point]."""
 
-    position: wp.array(dtype=wp.vec3d)
-    reference: wp.array(dtype=wp.vec3d)  # where it was when the lists were made
-    cell: wp.array(dtype=wp.vec3d)  # and in units of the grid's cells
-    weight: wp.array(dtype=wp.float64)  # trapezoid weight: the length a node stands for
-    arc: wp.array(dtype=wp.float64)  # arc length from the start of its rod
-    apart: wp.array(dtype=wp.float64)  # pairs of one rod closer than this along it are left out
-    drag: wp.array(dtype=wp.float64)  # ζ⊥ of its rod
-    rod: wp.array(dtype=wp.int32)  # number of its rod over all ensembles
-    moved: wp.array(dtype=wp.float64)
+    position: Vectors1D
+    listed_position: Vectors1D  # position when the lists were built
+    cell: Vectors1D  # listed position in units of the cells of the grid
+    weight: Scalars1D  # weight in the trapezoid rule
+    arc_length: Scalars1D  # from the start of the rod
+    excluded: Scalars1D  # pairs of one rod that are closer than this along it do not interact
+    drag: Scalars1D  # ζ⊥ of the rod
+    rod: Integers1D  # number of the rod, counted over all ensembles
+    largest_moves: Scalars1D
     period: wp.vec3d
     cells_per_length: wp.vec3d
 
 
 @wp.struct
 class Lists:
-    """Neighbours of every node, the lesser numbers first."""
+    """The neighbours of every point, in increasing order."""
 
-    near: wp.array2d(dtype=wp.int32)  # [point, place]
-    count: wp.array(dtype=wp.int32)  # how many there are [point]: more than places where lists are too short
+    neighbour: Integers2D  # [point, place in its list]
+    count: Integers1D  # number of neighbours [point]; exceeds the number of places where the lists are too short
 
 
 @wp.kernel
-def pack(
-    position: wp.array2d(dtype=wp.vec3d),
-    spacing: wp.array(dtype=wp.float64),
-    first: int,
-    core: real,
-    cloud: Cloud,
-):
-    """One ensemble's nodes into the list from ``first`` on, and how far they have come."""
+def collect_points(position: Vectors2D, spacing: Scalars1D, first: int, core: real, points: Points):
+    """Copy the nodes of one ensemble to the points from ``first`` on, and record how far they have moved."""
     rod, i = wp.tid()
     nodes = position.shape[1]
     h = spacing[rod]
     k = first + rod * nodes + i
     x = position[rod, i]
-    farther(cloud.moved, STEP, x - cloud.position[k])
-    farther(cloud.moved, DRIFT, x - cloud.reference[k])
-    cloud.position[k] = x
-    cloud.weight[k] = trapezoid_weight(i, nodes, h)
-    cloud.arc[k] = h * real(i)
-    # A little off the bound, so that round-off does not decide which pairs it leaves out.
-    cloud.apart[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h
+    record_move(points.largest_moves, IN_A_STEP, x - points.position[k])
+    record_move(points.largest_moves, SINCE_LISTED, x - points.listed_position[k])
+    points.position[k] = x
+    points.weight[k] = trapezoid_weight(i, nodes, h)
+    points.arc_length[k] = h * real(i)
+    # Slightly below the bound, so that round-off does not decide about pairs at the bound.
+    points.excluded[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h
 
 
 @wp.func
-def farther(moved: wp.array(dtype=wp.float64), place: int, displacement: wp.vec3d):
-    """Keep the larger displacement; a maximum comes out the same in any order."""
+def record_move(largest_moves: Scalars1D, index: int, displacement: wp.vec3d):
+    """Keep the larger displacement; the maximum does not depend on the order of the threads."""
     square = wp.dot(displacement, displacement)
-    if square > moved[place]:
-        wp.atomic_max(moved, place, square)
+    if square > largest_moves[index]:
+        wp.atomic_max(largest_moves, index, square)
 
 
 @wp.kernel
-def settle(cloud: Cloud):
-    """Let the lists be made of the present positions."""
+def set_listed_positions(points: Points):
+    """Record the present positions as those for which the lists are built."""
     k = wp.tid()
-    x = cloud.position[k]
-    cloud.reference[k] = x
-    cloud.cell[k] = wp.cw_mul(x, cloud.cells_per_length)
+    x = points.position[k]
+    points.listed_position[k] = x
+    points.cell[k] = wp.cw_mul(x, points.cells_per_length)
 
 
 @wp.func
-def may_interact(cloud: Cloud, i: int, j: int, reach: real) -> bool:
-    """Within reach, and not close neighbours along one rod."""
-    d = nearest_image(cloud.position[i] - cloud.position[j], cloud.period)
-    if wp.dot(d, d) >= reach * reach:
+def may_interact(points: Points, i: int, j: int, distance: real) -> bool:
+    """Whether two points are within a distance, and not excluded as close neighbours along one rod."""
+    d = nearest_image(points.position[i] - points.position[j], points.period)
+    if wp.dot(d, d) >= distance * distance:
         return False
-    return cloud.rod[i] != cloud.rod[j] or wp.abs(cloud.arc[i] - cloud.arc[j]) >= cloud.apart[i]
+    along = wp.abs(points.arc_length[i] - points.arc_length[j])
+    return points.rod[i] != points.rod[j] or along >= points.excluded[i]
 
 
 @wp.kernel
-def list_neighbours(grid: wp.uint64, cloud: Cloud, reach: real, lists: Lists):
-    """The neighbours of every node by insertion, so that their numbers increase."""
+def list_neighbours(grid: wp.uint64, points: Points, distance: real, lists: Lists):
+    """List the neighbours within a distance of every point, by insertion sort."""
     i = wp.hash_grid_point_id(grid, wp.tid())
-    places = lists.near.shape[1]
+    places = lists.neighbour.shape[1]
     count = wp.int32(0)
-    for j in wp.hash_grid_query(grid, cloud.cell[i], real(1.0)):
-        if may_interact(cloud, i, j, reach):
+    for j in wp.hash_grid_query(grid, points.cell[i], real(1.0)):
+        if may_interact(points, i, j, distance):
             if count < places:
                 k = count
-                while k > 0 and lists.near[i, wp.max(k - 1, 0)] > j:
-                    lists.near[i, k] = lists.near[i, k - 1]
+                while k > 0 and lists.neighbour[i, wp.max(k - 1, 0)] > j:
+                    lists.neighbour[i, k] = lists.neighbour[i, k - 1]
                     k -= 1
-                lists.near[i, k] = j
+                lists.neighbour[i, k] = j
             count += 1
     lists.count[i] = count

@@ -1,113 +1,115 @@
-"""Regularised Yukawa repulsion between all nodes of a scene (model §3, "Steric"; thesis 5.27, 5.39, D.6).
+"""Regularised Yukawa repulsion between all nodes of a scene (docs/model.md §6.1; (5.27), (5.39), appendix D.6).
 
-    ρ = √(r² + ε²)     G = g0 e^(−ρ/a) / 4πρ     f_i = g0 Σ_j w_j (ρ + a) e^(−ρ/a) / (4π a ρ³) (r_i − r_j)
+    ρ = √(r² + ε²)     G = g0 e^(−ρ/a)/4πρ     f_i = Σ_j w_j P(ρ) (r_i − r_j),  P = −G'(ρ)/ρ
 
-with trapezoid weights w: then w_i f_i is minus the gradient of ½ Σ w_i w_j G with respect to r_i, to round-off.
-A pair beyond the reach is left out, and within it G less its tangent there is taken, G − G_c − G'_c (ρ − ρ_c): where
-ε > a contact itself is weak, a force that ended at once would end at a per cent of it, and steps lose their order.
-Each node gathers its own sum in the order of its list of neighbours, which is that of their numbers: no atomics, and
-the same bits however often lists are made and whatever more they hold.
+With the trapezoid weights w, w_i f_i is minus the gradient of ½ Σ w_i w_j G with respect to r_i, to round-off. Pairs
+beyond the cut-off ρ_c are left out; the tangent at the cut-off is subtracted from G, G − G_c − G'_c (ρ − ρ_c), so that
+the force vanishes there continuously. Where ε > a contact is weak: a plain cut-off would leave a jump of about a per
+cent of the force, and the time step would lose its order.
+
+Each node sums over its neighbours in increasing order, without atomics. The bits depend on the positions only, not on
+when the lists were built or which pairs beyond the cut-off they contain.
 """
 
 import warp as wp
 
 from warp_rods.kernels.contact.box import nearest_image
-from warp_rods.kernels.contact.neighbour_list import Cloud, Lists
-from warp_rods.kernels.contact.reach import REACH as REACH
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.contact.cutoff import CUTOFF as CUTOFF
+from warp_rods.kernels.contact.neighbour_list import Lists, Points
+from warp_rods.kernels.layout import Scalars1D, Vectors1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.struct
-class Pairs:
-    """What each node feels of the others [point]."""
+class PairSums:
+    """Sums over the neighbours of each point [point]."""
 
-    force: wp.array(dtype=wp.vec3d)  # force per length
-    energy: wp.array(dtype=wp.float64)  # energy per length: half of each pair's
+    force: Vectors1D  # force per length
+    energy: Scalars1D  # energy per length; half of the energy of each pair
 
 
 @wp.struct
 class Yukawa:
-    """G(ρ) = g0 e^(−ρ/a)/4πρ in numbers that a pair needs, and what it has at the end of the reach."""
+    """Parameters of G(ρ) = g0 e^(−ρ/a)/4πρ, and its values at the cut-off."""
 
     strength: real  # g0/4π
-    per_range: real  # 1/a
+    inverse_range: real  # 1/a
     core_square: real  # ε²
-    reach_square: real
-    rho_end: real  # ρ_c
-    G_end: real  # G(ρ_c)
-    F_end: real  # −G'(ρ_c)
+    cutoff_square: real  # of the distance r
+    rho_cutoff: real  # ρ_c
+    G_cutoff: real  # G(ρ_c)
+    F_cutoff: real  # −G'(ρ_c)
 
 
 @wp.func
-def pair(square: real, y: Yukawa):
-    """G and −G'/ρ, the force per separation (D.87), at this square of the distance: both nothing at the reach."""
+def pair_potential(square: real, y: Yukawa):
+    """G and P = −G'/ρ (D.87) at a squared distance; both vanish at the cut-off."""
     rho = wp.sqrt(square + y.core_square)
-    per_rho = real(1.0) / rho
-    G = y.strength * wp.exp(-rho * y.per_range) * per_rho
-    F = (per_rho + y.per_range) * G
-    return G - y.G_end + y.F_end * (rho - y.rho_end), (F - y.F_end) * per_rho
+    inverse_rho = real(1.0) / rho
+    G = y.strength * wp.exp(-rho * y.inverse_range) * inverse_rho
+    F = (inverse_rho + y.inverse_range) * G
+    return G - y.G_cutoff + y.F_cutoff * (rho - y.rho_cutoff), (F - y.F_cutoff) * inverse_rho
 
 
 @wp.func
-def stiffness(square: real, y: Yukawa) -> real:
-    """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d, P = −G'/ρ: across d it is P, along it P − (G'' + P) r²/ρ²."""
+def pair_stiffness(square: real, y: Yukawa) -> real:
+    """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d: P across d, and P − (G'' + P) r²/ρ² along d."""
     rho_square = square + y.core_square
     rho = wp.sqrt(rho_square)
-    _, P = pair(square, y)
-    G = y.strength * wp.exp(-rho * y.per_range) / rho
-    bend = (y.per_range * y.per_range + real(2.0) * (y.per_range + real(1.0) / rho) / rho) * G
-    return wp.max(P, wp.abs(P - (bend + P) * square / rho_square))
+    _, P = pair_potential(square, y)
+    G = y.strength * wp.exp(-rho * y.inverse_range) / rho
+    second_derivative = (y.inverse_range * y.inverse_range + real(2.0) * (y.inverse_range + real(1.0) / rho) / rho) * G
+    return wp.max(P, wp.abs(P - (second_derivative + P) * square / rho_square))
 
 
 @wp.kernel
-def gather(cloud: Cloud, lists: Lists, yukawa: Yukawa, first: int, pairs: Pairs):
-    """Force and energy per length at every node from ``first`` on."""
+def sum_pairs(points: Points, lists: Lists, yukawa: Yukawa, first: int, sums: PairSums):
+    """Force and energy per length at every point from ``first`` on."""
     i = first + wp.tid()
-    x = cloud.position[i]
+    x = points.position[i]
     force = wp.vec3d()
     energy = real(0.0)
     for n in range(lists.count[i]):
-        j = lists.near[i, n]
-        d = nearest_image(x - cloud.position[j], cloud.period)
+        j = lists.neighbour[i, n]
+        d = nearest_image(x - points.position[j], points.period)
         square = wp.dot(d, d)
-        if square < yukawa.reach_square:
-            G, P = pair(square, yukawa)
-            w = cloud.weight[j]
+        if square < yukawa.cutoff_square:
+            G, P = pair_potential(square, yukawa)
+            w = points.weight[j]
             force += d * (w * P)
             energy += w * G
-    pairs.force[i] = force
-    pairs.energy[i] = real(0.5) * energy
+    sums.force[i] = force
+    sums.energy[i] = real(0.5) * energy
 
 
 @wp.kernel
-def stiffnesses(cloud: Cloud, lists: Lists, yukawa: Yukawa, stiff: wp.array(dtype=wp.float64)):
-    """Σ_j w_j |∂f/∂d| of every node, over its drag: how fast contact pulls it back at most; 1/time."""
+def find_contact_rates(points: Points, lists: Lists, yukawa: Yukawa, rate: Scalars1D):
+    """κ_i = Σ_j w_j |∂f/∂d|/ζ⊥ of every point, an estimate of the rate of contact (docs/model.md §6.4); 1/time."""
     i = wp.tid()
     total = real(0.0)
     for n in range(lists.count[i]):
-        j = lists.near[i, n]
-        d = nearest_image(cloud.position[i] - cloud.position[j], cloud.period)
+        j = lists.neighbour[i, n]
+        d = nearest_image(points.position[i] - points.position[j], points.period)
         square = wp.dot(d, d)
-        if square < yukawa.reach_square:
-            total += cloud.weight[j] * stiffness(square, yukawa)
-    stiff[i] = total / cloud.drag[i]
+        if square < yukawa.cutoff_square:
+            total += points.weight[j] * pair_stiffness(square, yukawa)
+    rate[i] = total / points.drag[i]
 
 
 @wp.kernel
-def unpack(pairs: Pairs, first: int, force: wp.array2d(dtype=wp.vec3d)):
-    """The list's forces from ``first`` on back to one ensemble."""
+def distribute_forces(sums: PairSums, first: int, force: Vectors2D):
+    """Copy the forces of the points from ``first`` on to the nodes of one ensemble."""
     rod, i = wp.tid()
-    force[rod, i] = pairs.force[first + rod * force.shape[1] + i]
+    force[rod, i] = sums.force[first + rod * force.shape[1] + i]
 
 
 @wp.kernel
-def rod_energies(cloud: Cloud, pairs: Pairs, first: int, nodes: int, energy: wp.array(dtype=wp.float64)):
-    """Each rod's share of the pair energy: ½ Σ w_i w_j G over its nodes."""
+def find_rod_energies(points: Points, sums: PairSums, first: int, nodes: int, energy: Scalars1D):
+    """Steric energy of each rod of an ensemble, ½ Σ w_i w_j G over its nodes i."""
     rod = wp.tid()
     total = real(0.0)
     for i in range(nodes):
         k = first + rod * nodes + i
-        total += cloud.weight[k] * pairs.energy[k]
+        total += points.weight[k] * sums.energy[k]
     energy[rod] = total

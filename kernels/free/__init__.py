@@ -1,1 +1,1 @@
-"""Free rods: active Kirchhoff rods in their twist-free frame (model §2; thesis chapter 4)."""
+"""Free rods: active Kirchhoff rods in their twist-free frame (docs/model.md §2; dissertation, chapter 4)."""

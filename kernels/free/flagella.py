@@ -1,8 +1,8 @@
-"""Laws of the flagellar field f, the active force per length along the tangent (thesis 4.12).
+"""Laws of the flagellar field f, the active force per length along the tangent (4.12).
 
-A law gives the local part of ``τf ∂f/∂t = source − sink f + D f''``; diffusion is added for all but ``HELD``.
-The sink is implicit in time, so write what opposes f there. A new law is a number, a function and a branch of
-``reaction``, and a row in the table of ``warp_rods/rods/free/flagella.py``, which names its parameters.
+A law gives ``source`` and ``sink`` in ``τf ∂f/∂t = source − sink f + D f''``. The sink is implicit in time: write what
+opposes f there. To add a law, add a number, a function and a branch of ``reaction`` here, and a row with its parameters
+to the table in ``warp_rods/scene/flagella.py``.
 """
 
 import warp as wp
@@ -16,14 +16,14 @@ HELD = wp.constant(1)
 
 
 @wp.func
-def relaxing(activity: real, axial: real, numbers: wp.vec4d):
+def relaxing(activity: real, axial_velocity: real, parameters: wp.vec4d):
     """Flagella align with the flow along the body: ``(1 − f²) u0`` (4.12)."""
-    return axial, activity * axial
+    return axial_velocity, activity * axial_velocity
 
 
 @wp.func
-def reaction(law: int, activity: real, axial: real, numbers: wp.vec4d):
-    """(source, sink) of a law at one node, from f, the tangential velocity u0 and the law's parameters."""
+def reaction(law: int, activity: real, axial_velocity: real, parameters: wp.vec4d):
+    """(source, sink) of a law at a node, from f, the tangential velocity u0 and the parameters of the law."""
     if law == RELAXING:
-        return relaxing(activity, axial, numbers)
+        return relaxing(activity, axial_velocity, parameters)
     return real(0.0), real(0.0)

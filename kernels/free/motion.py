@@ -1,19 +1,20 @@
-"""Motion of active rods in space, and the kernels of a step.
+"""Motion of active rods in space, and the kernel of a step.
 
-The middle node's frame moves by Magnus steps (4.29); frames elsewhere follow from the strains when asked for.
-A rod whose shape becomes infinite, NaN or unresolvable keeps its last sound state and a status; others go on.
+The frame of the middle node advances by Magnus steps (4.29). Frames elsewhere are computed from the strains when they
+are needed. A rod whose shape becomes non-finite or unresolved keeps its last valid state and gets a status; the other
+rods continue.
 """
 
 import warp as wp
 
 from warp_rods.kernels.clock import RATIO, STEP, TIME
-from warp_rods.kernels.free.rod import axial_at, roll_at
-from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers, per_rod
+from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
+from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Shape, Swimmers
 from warp_rods.kernels.free.step import extrapolate, step_shape
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Scalars1D, real
 from warp_rods.kernels.lie import advance as advance_frame
 from warp_rods.kernels.lie import orthonormalise
-from warp_rods.kernels.status import NOT_FINITE, SOUND, TOO_BENT
+from warp_rods.kernels.status import NOT_FINITE, OK, TOO_BENT
 
 wp.set_module_options({"enable_backward": False})
 
@@ -22,23 +23,24 @@ HALF_TURN = wp.constant(real(wp.pi))
 
 @wp.func
 def status_of(rod: int, rods: Swimmers, shape: Shape):
-    """Whether a shape is finite, and bends by less than half a turn between two nodes."""
-    sharpest = real(0.0)
-    total = real(0.0)
+    """OK if the shape is finite and bends by less than half a turn between adjacent nodes."""
+    largest_square = real(0.0)
+    non_finite = real(0.0)
     for node in range(shape.twist.shape[1]):
         k = shape.bending[rod, node]
-        sharpest = wp.max(sharpest, wp.dot(k, k))
-        total += real(0.0) * (k[0] + k[1] + shape.twist[rod, node] + shape.activity[rod, node])
-    if total != real(0.0):
+        largest_square = wp.max(largest_square, wp.dot(k, k))
+        # Zero times a number is zero; zero times infinity or NaN is NaN.
+        non_finite += real(0.0) * (k[0] + k[1] + shape.twist[rod, node] + shape.activity[rod, node])
+    if non_finite != real(0.0):
         return NOT_FINITE
-    if sharpest * rods.spacing * rods.spacing > HALF_TURN * HALF_TURN:
+    if largest_square * rods.spacing * rods.spacing > HALF_TURN * HALF_TURN:
         return TOO_BENT
-    return SOUND
+    return OK
 
 
 @wp.func
-def accept(rod: int, star: Shape, now: Shape, change: Shape):
-    """Make the end of the step the present."""
+def store_shape(rod: int, star: Shape, now: Shape, change: Shape):
+    """Replace the present shape by that at the end of the step."""
     for node in range(now.twist.shape[1]):
         change.bending[rod, node] = star.bending[rod, node] - now.bending[rod, node]
         change.twist[rod, node] = star.twist[rod, node] - now.twist[rod, node]
@@ -49,42 +51,42 @@ def accept(rod: int, star: Shape, now: Shape, change: Shape):
 
 
 @wp.func
-def midpoint_rates(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
+def midpoint_rates(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
     """(ω, u) of the middle node in its Bishop frame, and ω0 of the material there."""
     half = real(0.5)
     node = shape.twist.shape[1] // 2
-    spin = half * (flow.spin[rod, node - 1] + flow.spin[rod, node])
-    u = flow.transverse[rod, node]
-    u0 = axial_at(rod, node, flow)
-    roll = half * (roll_at(rod, node - 1, rods, shape) + roll_at(rod, node, rods, shape))
+    omega = half * (balance.angular_velocity[rod, node - 1] + balance.angular_velocity[rod, node])
+    u = balance.transverse_velocity[rod, node]
+    u0 = axial_velocity_at_node(rod, node, balance)
+    roll_rate = half * (roll_rate_after(rod, node - 1, rods, shape) + roll_rate_after(rod, node, rods, shape))
     zero = real(0.0)
     if rods.symmetric == 1:  # (C.53), (C.54)
-        return wp.vec3d(zero, spin[0], zero), wp.vec3d(zero, u[0], zero), zero
-    return wp.vec3d(zero, spin[0], spin[1]), wp.vec3d(u0, u[0], u[1]), roll
+        return wp.vec3d(zero, omega[0], zero), wp.vec3d(zero, u[0], zero), zero
+    return wp.vec3d(zero, omega[0], omega[1]), wp.vec3d(u0, u[0], u[1]), roll_rate
 
 
 @wp.func
-def advance_midpoint(rod: int, rods: Swimmers, shape: Shape, flow: Flow, clock: per_rod, midpoint: Midpoint):
-    """Move the middle node's frame by the mean of its rates at both ends of the step (4.29)."""
-    spin, velocity, roll = midpoint_rates(rod, rods, shape, flow)
+def advance_midpoint(rod: int, rods: Swimmers, shape: Shape, balance: Balance, clock: Scalars1D, midpoint: Midpoint):
+    """Advance the frame of the middle node by the mean of its rates at both ends of the step (4.29)."""
+    omega, velocity, roll_rate = midpoint_rates(rod, rods, shape, balance)
     if clock[RATIO] == real(0.0):
-        midpoint.spin[rod] = spin
+        midpoint.angular_velocity[rod] = omega
         midpoint.velocity[rod] = velocity
-        midpoint.roll[rod] = roll
+        midpoint.roll_rate[rod] = roll_rate
     half = real(0.5)
     R, r = advance_frame(
         midpoint.rotation[rod],
         midpoint.position[rod],
-        half * (midpoint.spin[rod] + spin),
+        half * (midpoint.angular_velocity[rod] + omega),
         half * (midpoint.velocity[rod] + velocity),
         clock[STEP],
     )
     midpoint.rotation[rod] = orthonormalise(R)
     midpoint.position[rod] = r
-    midpoint.angle[rod] += half * clock[STEP] * (midpoint.roll[rod] + roll)
-    midpoint.spin[rod] = spin
+    midpoint.angle[rod] += half * clock[STEP] * (midpoint.roll_rate[rod] + roll_rate)
+    midpoint.angular_velocity[rod] = omega
     midpoint.velocity[rod] = velocity
-    midpoint.roll[rod] = roll
+    midpoint.roll_rate[rod] = roll_rate
 
 
 @wp.kernel
@@ -93,21 +95,21 @@ def advance(
     now: Shape,
     change: Shape,
     midpoint: Midpoint,
-    applied: AppliedForce,
-    clock: per_rod,
-    failed_at: per_rod,
+    external: ExternalForce,
+    clock: Scalars1D,
+    failed_at: Scalars1D,
     star: Shape,
-    flow: Flow,
+    balance: Balance,
 ):
-    """One step of every sound rod; launch with ``dim = rods``."""
+    """One step of every rod that is not frozen; launch with ``dim = rods``."""
     rod = wp.tid()
-    if rods.status[rod] == SOUND:
-        extrapolate(rod, now, change, applied, clock[RATIO], star, flow)
-        step_shape(rod, rods, star, change, clock, flow)
+    if rods.status[rod] == OK:
+        extrapolate(rod, now, change, external, clock[RATIO], star, balance)
+        step_shape(rod, rods, star, change, clock, balance)
         status = status_of(rod, rods, star)
-        if status == SOUND:
-            advance_midpoint(rod, rods, star, flow, clock, midpoint)
-            accept(rod, star, now, change)
+        if status == OK:
+            advance_midpoint(rod, rods, star, balance, clock, midpoint)
+            store_shape(rod, star, now, change)
         else:
             rods.status[rod] = status
             failed_at[rod] = clock[TIME]

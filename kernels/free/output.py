@@ -1,91 +1,89 @@
-"""What is shown of active rods: frames in space, the material's strains, energy and where it goes.
+"""Output of active rods: frames in space, strains of the material frame, rates, energy and powers.
 
-None of it is needed by a step without external forces, so it is made when asked for.
+A step without external forces needs none of it, so it is computed when it is read.
 """
 
 import warp as wp
 
 from warp_rods.kernels.clock import TIME
-from warp_rods.kernels.free.rod import activity_drive, balance, bending_rate, roll_at
-from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers, numbers, pairs, per_rod, vectors
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.free.rod import activity_terms, bending_rate, roll_rate_after, solve_balance
+from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Shape, Swimmers
+from warp_rods.kernels.layout import Matrices2D, Pairs2D, Quaternions2D, Scalars1D, Scalars2D, Vectors2D, real
 from warp_rods.kernels.lie import quaternion
 
 wp.set_module_options({"enable_backward": False})
 
-matrices = wp.array2d(dtype=wp.mat33d)
-
 
 @wp.struct
-class Measures:
-    """Rates of change [rod, node] and balances [rod] of the present shape."""
+class Output:
+    """Rates of change [rod, node], energy and powers [rod] of the present shape."""
 
-    bending_rate: pairs
-    twist_rate: numbers
-    activity_rate: numbers
-    energy_density: numbers
-    energy: per_rod  # ½ ∫ b|k|² + c τ² ds
-    dissipation: per_rod  # ∫ u0² + η|u⊥|² + ηr ω0² ds
-    power: per_rod  # ∫ f u0 + M f ω0 + f_ext·u ds
+    bending_rate: Pairs2D
+    twist_rate: Scalars2D
+    activity_rate: Scalars2D
+    energy_density: Scalars2D
+    energy: Scalars1D  # ½ ∫ b|k|² + c τ² ds
+    dissipation: Scalars1D  # ∫ u0² + η|u⊥|² + ηr ω0² ds
+    power: Scalars1D  # ∫ f u0 + M f ω0 + f_ext·u ds
 
 
 @wp.func
-def rates(rod: int, rods: Swimmers, shape: Shape, flow: Flow, measures: Measures):
-    """``dk/dt, dτ/dt, df/dt`` of the semi-discrete equations, from a balanced flow."""
+def find_rates(rod: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+    """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` of the equations discretised in s, from a solved balance."""
     last = shape.twist.shape[1] - 1
     for node in range(last + 1):
-        drive, _sink = activity_drive(rod, node, rods, shape, flow)
-        measures.activity_rate[rod, node] = drive / rods.relaxation[rod]
+        rate, _sink = activity_terms(rod, node, rods, shape, balance)
+        output.activity_rate[rod, node] = rate / rods.relaxation[rod]
     for node in range(1, last):
-        source = real(0.5) * (flow.twist_source[rod, node - 1] + flow.twist_source[rod, node])
-        slope = (roll_at(rod, node, rods, shape) - roll_at(rod, node - 1, rods, shape)) / rods.spacing
-        measures.twist_rate[rod, node] = slope + source
-        measures.bending_rate[rod, node] = bending_rate(rod, node, rods, shape.bending[rod, node], flow)
+        source = real(0.5) * (balance.twist_source[rod, node - 1] + balance.twist_source[rod, node])
+        slope = (roll_rate_after(rod, node, rods, shape) - roll_rate_after(rod, node - 1, rods, shape)) / rods.spacing
+        output.twist_rate[rod, node] = slope + source
+        output.bending_rate[rod, node] = bending_rate(rod, node, rods, shape.bending[rod, node], balance)
 
 
 @wp.func
-def energies(rod: int, rods: Swimmers, shape: Shape, flow: Flow, measures: Measures):
-    """Energy, dissipation and power: ``dE/dt = power − dissipation`` holds to round-off along ``rates``."""
+def find_energies(rod: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+    """Energy, dissipation and power; ``dE/dt = power − dissipation`` holds to round-off for ``find_rates``."""
     half = real(0.5)
-    energy, lost, given = real(0.0), real(0.0), real(0.0)
+    energy, dissipation, power = real(0.0), real(0.0), real(0.0)
     last = shape.twist.shape[1] - 1
     for node in range(last + 1):
         k = shape.bending[rod, node]
         tau = shape.twist[rod, node]
-        u = flow.transverse[rod, node]
-        force = flow.force[rod, node]
+        u = balance.transverse_velocity[rod, node]
+        force = balance.force[rod, node]
         weight = real(1.0)
         if node == 0 or node == last:
             weight = half
         density = half * (rods.bending_stiffness[rod] * wp.dot(k, k) + rods.twist_stiffness[rod] * tau * tau)
-        measures.energy_density[rod, node] = density
+        output.energy_density[rod, node] = density
         energy += density
-        lost += weight * rods.drag_ratio[rod] * wp.dot(u, u)
-        given += weight * (force[1] * u[0] + force[2] * u[1])
+        dissipation += weight * rods.drag_ratio[rod] * wp.dot(u, u)
+        power += weight * (force[1] * u[0] + force[2] * u[1])
     for node in range(last):
-        u0 = flow.axial[rod, node]
-        roll = roll_at(rod, node, rods, shape)
+        u0 = balance.axial_velocity[rod, node]
+        roll_rate = roll_rate_after(rod, node, rods, shape)
         f = half * (shape.activity[rod, node] + shape.activity[rod, node + 1])
-        external = half * (flow.force[rod, node][0] + flow.force[rod, node + 1][0])
-        lost += u0 * u0 + rods.rotational_drag[rod] * roll * roll
-        given += (f + external) * u0 + rods.moment[rod] * f * roll
-    measures.energy[rod] = rods.spacing * energy
-    measures.dissipation[rod] = rods.spacing * lost
-    measures.power[rod] = rods.spacing * given
+        external = half * (balance.force[rod, node][0] + balance.force[rod, node + 1][0])
+        dissipation += u0 * u0 + rods.rotational_drag[rod] * roll_rate * roll_rate
+        power += (f + external) * u0 + rods.moment[rod] * f * roll_rate
+    output.energy[rod] = rods.spacing * energy
+    output.dissipation[rod] = rods.spacing * dissipation
+    output.power[rod] = rods.spacing * power
 
 
 @wp.kernel
-def measure(rods: Swimmers, shape: Shape, flow: Flow, measures: Measures):
-    """Balance the present shape under ``flow.force``; launch with ``dim = rods``."""
+def find_output(rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+    """Solve the balance of the present shape under ``balance.force``, then find ``output``; ``dim = rods``."""
     rod = wp.tid()
-    balance(rod, rods, shape, flow)
-    rates(rod, rods, shape, flow, measures)
-    energies(rod, rods, shape, flow, measures)
+    solve_balance(rod, rods, shape, balance)
+    find_rates(rod, rods, shape, balance, output)
+    find_energies(rod, rods, shape, balance, output)
 
 
 @wp.kernel
-def lay_out(shape: Shape, midpoint: Midpoint, strain: vectors, rotation: matrices, position: vectors):
-    """Strains of the Bishop frame, and the frame that a path product starts from; ``dim = (rods, nodes)``."""
+def set_bishop_strain(shape: Shape, midpoint: Midpoint, strain: Vectors2D, rotation: Matrices2D, position: Vectors2D):
+    """Strains of the Bishop frame, and the middle frame from which frames are integrated; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
     k = shape.bending[rod, node]
     strain[rod, node] = wp.vec3d(real(0.0), k[0], k[1])
@@ -95,7 +93,7 @@ def lay_out(shape: Shape, midpoint: Midpoint, strain: vectors, rotation: matrice
 
 
 @wp.func
-def angle_from_midpoint(rod: int, node: int, ds: real, twist: numbers):
+def angle_from_midpoint(rod: int, node: int, ds: real, twist: Scalars2D):
     """``∫ τ ds`` from the middle node to ``node``, by the trapezoid rule."""
     middle = twist.shape[1] // 2
     total = real(0.5) * (twist[rod, middle] + twist[rod, node])
@@ -107,15 +105,15 @@ def angle_from_midpoint(rod: int, node: int, ds: real, twist: numbers):
 
 
 @wp.kernel
-def materialise(
+def find_material_frame(
     rods: Swimmers,
     shape: Shape,
     midpoint: Midpoint,
-    rotation: matrices,
-    strain: vectors,
-    orientation: wp.array2d(dtype=wp.quatd),
+    rotation: Matrices2D,
+    strain: Vectors2D,
+    orientation: Quaternions2D,
 ):
-    """Strains and directors of the material, turned by ``θ + ∫τ`` from the Bishop frame; ``dim = (rods, nodes)``."""
+    """Strains and directors of the material frame, the Bishop frame turned by ``θ + ∫τ``; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
     angle = midpoint.angle[rod] + angle_from_midpoint(rod, node, rods.spacing, shape.twist)
     c = wp.cos(angle)
@@ -128,20 +126,20 @@ def materialise(
 
 
 @wp.kernel
-def to_body(rotation: matrices, force: vectors, applied: AppliedForce):
-    """An external force in space, seen from the Bishop frame; ``dim = (rods, nodes)``."""
+def rotate_force_to_bishop(rotation: Matrices2D, force: Vectors2D, external: ExternalForce):
+    """Components in the Bishop frame of an external force in space; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
-    applied.now[rod, node] = wp.transpose(rotation[rod, node]) * force[rod, node]
+    external.now[rod, node] = wp.transpose(rotation[rod, node]) * force[rod, node]
 
 
 def force_field(function):
     """A kernel that evaluates ``function(x, tangent, t)``, a ``wp.func``, at every node; ``dim = (rods, nodes)``."""
 
     @wp.kernel(module="unique")
-    def fill(position: vectors, rotation: matrices, clock: per_rod, force: vectors):
+    def evaluate(position: Vectors2D, rotation: Matrices2D, clock: Scalars1D, force: Vectors2D):
         rod, node = wp.tid()
         R = rotation[rod, node]
         tangent = wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
         force[rod, node] = function(position[rod, node], tangent, clock[TIME])
 
-    return fill
+    return evaluate

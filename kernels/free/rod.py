@@ -1,25 +1,25 @@
-"""The active Kirchhoff rod in its twist-free (Bishop) frame: velocities and rates from a shape (model.md §2).
+"""The active Kirchhoff rod in its twist-free (Bishop) frame: velocities and rates of a shape (docs/model.md §2.3).
 
-Bending ``k = Ω[1] + i Ω[2]`` is a pair, and multiplication by i is ``turned``. Staggered along the rod:
-``k, τ, f, λ, u⊥`` at nodes, ``Λ⊥, u0, ω⊥, ω0`` at half nodes, stored at the node before. Λ⊥ is extended oddly
-and u0, f' vanish suitably beyond the free ends, so that power = −dE/dt holds to round-off.
+Bending ``k = Ω[1] + i Ω[2]`` is stored as a pair; ``times_i`` multiplies it by i. The grid is staggered: ``k, τ, f, λ,
+u⊥`` live at nodes; ``Λ⊥, u0, ω⊥, ω0`` live at half nodes and are stored at the node before. Beyond the free ends ``Λ⊥``
+is odd, and ``u0`` and ``f`` are even, so that the energy law dE/dt = power − dissipation holds to round-off.
 
-Functions of a rod walk along it and leave their result in ``Flow``; on a CPU those arrays are one rod's
-worth of memory shared by all rods, which is why one thread takes a rod through all of a step.
+Functions of one rod loop over its nodes and store their results in ``Balance``. On the CPU its arrays hold a single
+row that all rods share, so one thread must complete the whole step of a rod.
 """
 
 import warp as wp
 
 from warp_rods.kernels.banded import solve_tridiagonal_rod
 from warp_rods.kernels.free.flagella import reaction
-from warp_rods.kernels.free.state import Flow, Shape, Swimmers, numbers, pairs
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.free.state import Balance, Shape, Swimmers
+from warp_rods.kernels.layout import Pairs2D, Scalars2D, real
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def turned(z: wp.vec2d):
+def times_i(z: wp.vec2d):
     """i z, which is e0 × z."""
     return wp.vec2d(-z[1], z[0])
 
@@ -31,150 +31,157 @@ def wedge(a: wp.vec2d, b: wp.vec2d):
 
 
 @wp.func
-def across(force: wp.vec3d):
-    """The part of a body vector that is normal to the rod."""
+def transverse_part(force: wp.vec3d):
+    """The components normal to the rod of a vector in the Bishop frame."""
     return wp.vec2d(force[1], force[2])
 
 
 @wp.func
-def find_transverse_source(rod: int, rods: Swimmers, bending: pairs, twist: numbers, flow: Flow):
-    """``(Λ⊥' + f⊥)/η`` at nodes, with ``Λ⊥ = i b k' + c τ k`` at half nodes, odd beyond the ends."""
+def find_transverse_source(rod: int, rods: Swimmers, bending: Pairs2D, twist: Scalars2D, balance: Balance):
+    """``source⊥ = (Λ⊥' + f_ext⊥)/η`` at nodes, with ``Λ⊥ = i b k' + c τ k`` at half nodes, odd beyond the ends."""
     last = twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
     b = rods.bending_stiffness[rod] * per_length
     c = rods.twist_stiffness[rod] * real(0.25)
-    before = wp.vec2d()
+    shear_before = wp.vec2d()
     k = bending[rod, 0]
     tau = twist[rod, 0]
     for node in range(last):
         k_next = bending[rod, node + 1]
         tau_next = twist[rod, node + 1]
-        after = b * turned(k_next - k) + (c * (tau + tau_next)) * (k + k_next)
+        shear = b * times_i(k_next - k) + (c * (tau + tau_next)) * (k + k_next)
         if node == 0:
-            before = -after
-        flow.transverse_source[rod, node] = mobility * (per_length * (after - before) + across(flow.force[rod, node]))
-        before = after
+            shear_before = -shear
+        external = transverse_part(balance.force[rod, node])
+        balance.transverse_source[rod, node] = mobility * (per_length * (shear - shear_before) + external)
+        shear_before = shear
         k = k_next
         tau = tau_next
-    flow.transverse_source[rod, last] = mobility * (real(-2.0) * per_length * before + across(flow.force[rod, last]))
+    external = transverse_part(balance.force[rod, last])
+    balance.transverse_source[rod, last] = mobility * (real(-2.0) * per_length * shear_before + external)
 
 
 @wp.func
-def find_axial_source(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
-    """``(b/2)(|k|²)' + f + f_ext0`` at half nodes."""
+def find_axial_source(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
+    """``source0 = (b/2)(|k|²)' + f + f_ext0`` at half nodes."""
     half = real(0.5)
     b = half * rods.bending_stiffness[rod] / rods.spacing
     k = shape.bending[rod, 0]
     square = wp.dot(k, k)
-    drive = shape.activity[rod, 0] + flow.force[rod, 0][0]
+    force = shape.activity[rod, 0] + balance.force[rod, 0][0]
     for node in range(shape.twist.shape[1] - 1):
         k = shape.bending[rod, node + 1]
         square_next = wp.dot(k, k)
-        drive_next = shape.activity[rod, node + 1] + flow.force[rod, node + 1][0]
-        flow.axial_source[rod, node] = b * (square_next - square) + half * (drive + drive_next)
+        force_next = shape.activity[rod, node + 1] + balance.force[rod, node + 1][0]
+        balance.axial_source[rod, node] = b * (square_next - square) + half * (force + force_next)
         square = square_next
-        drive = drive_next
+        force = force_next
 
 
 @wp.func
-def solve_tension(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
-    """λ from ``(∂s u + Ω×u)·e0 = 0``: ``−λ'' + |k|² λ/η = source0' + Im(k̄ source⊥)``, 0 at the ends (4.24)."""
+def solve_tension(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
+    """λ from inextensibility: ``−λ'' + |k|² λ/η = source0' + Im(k̄ source⊥)``, ``λ = 0`` at the ends (4.24)."""
     last = shape.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
-    beside = -per_length * per_length
-    source = flow.axial_source[rod, 0]
+    off_diagonal = -per_length * per_length
+    source = balance.axial_source[rod, 0]
     for node in range(1, last):
         k = shape.bending[rod, node]
-        source_next = flow.axial_source[rod, node]
-        flow.lower[rod, node] = beside
-        flow.upper[rod, node] = beside
-        flow.diagonal[rod, node] = real(-2.0) * beside + mobility * wp.dot(k, k)
-        flow.right[rod, node] = per_length * (source_next - source) + wedge(k, flow.transverse_source[rod, node])
+        source_next = balance.axial_source[rod, node]
+        transverse = wedge(k, balance.transverse_source[rod, node])
+        balance.lower[rod, node] = off_diagonal
+        balance.upper[rod, node] = off_diagonal
+        balance.diagonal[rod, node] = real(-2.0) * off_diagonal + mobility * wp.dot(k, k)
+        balance.rhs[rod, node] = per_length * (source_next - source) + transverse
         source = source_next
-    pin(rod, last, flow)
-    solve_tridiagonal_rod(rod, flow.lower, flow.diagonal, flow.upper, flow.right, flow.work, flow.tension)
+    set_zero_end_rows(rod, last, balance)
+    solve_tridiagonal_rod(
+        rod, balance.lower, balance.diagonal, balance.upper, balance.rhs, balance.work, balance.tension
+    )
 
 
 @wp.func
-def pin(rod: int, last: int, flow: Flow):
-    """Rows of a tridiagonal system that hold both ends at 0."""
+def set_zero_end_rows(rod: int, last: int, balance: Balance):
+    """End rows of a tridiagonal system whose solution vanishes at both ends."""
     zero = real(0.0)
-    flow.upper[rod, 0] = zero
-    flow.lower[rod, last] = zero
-    flow.diagonal[rod, 0] = real(1.0)
-    flow.diagonal[rod, last] = real(1.0)
-    flow.right[rod, 0] = zero
-    flow.right[rod, last] = zero
+    balance.upper[rod, 0] = zero
+    balance.lower[rod, last] = zero
+    balance.diagonal[rod, 0] = real(1.0)
+    balance.diagonal[rod, last] = real(1.0)
+    balance.rhs[rod, 0] = zero
+    balance.rhs[rod, last] = zero
 
 
 @wp.func
-def find_axial_velocity(rod: int, rods: Swimmers, flow: Flow):
+def find_axial_velocity(rod: int, rods: Swimmers, balance: Balance):
     """``u0 = λ' + source0`` at half nodes."""
     per_length = real(1.0) / rods.spacing
-    for node in range(flow.tension.shape[1] - 1):
-        slope = per_length * (flow.tension[rod, node + 1] - flow.tension[rod, node])
-        flow.axial[rod, node] = slope + flow.axial_source[rod, node]
+    for node in range(balance.tension.shape[1] - 1):
+        slope = per_length * (balance.tension[rod, node + 1] - balance.tension[rod, node])
+        balance.axial_velocity[rod, node] = slope + balance.axial_source[rod, node]
 
 
 @wp.func
-def find_transverse_velocity(rod: int, rods: Swimmers, bending: pairs, flow: Flow):
+def find_transverse_velocity(rod: int, rods: Swimmers, bending: Pairs2D, balance: Balance):
     """``u⊥ = source⊥ − i λ k/η`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
     per_length = real(1.0) / rods.spacing
     mobility = real(1.0) / rods.drag_ratio[rod]
     k = bending[rod, 0]
-    u = flow.transverse_source[rod, 0] - (mobility * flow.tension[rod, 0]) * turned(k)
-    flow.transverse[rod, 0] = u
-    for node in range(flow.tension.shape[1] - 1):
+    u = balance.transverse_source[rod, 0] - (mobility * balance.tension[rod, 0]) * times_i(k)
+    balance.transverse_velocity[rod, 0] = u
+    for node in range(balance.tension.shape[1] - 1):
         k_next = bending[rod, node + 1]
-        u_next = flow.transverse_source[rod, node + 1] - (mobility * flow.tension[rod, node + 1]) * turned(k_next)
-        k_middle = real(0.5) * (k + k_next)
-        spin = per_length * turned(u_next - u) + flow.axial[rod, node] * k_middle
-        flow.transverse[rod, node + 1] = u_next
-        flow.spin[rod, node] = spin
-        flow.twist_source[rod, node] = wedge(k_middle, spin)
+        tension = mobility * balance.tension[rod, node + 1]
+        u_next = balance.transverse_source[rod, node + 1] - tension * times_i(k_next)
+        k_half = real(0.5) * (k + k_next)
+        omega = per_length * times_i(u_next - u) + balance.axial_velocity[rod, node] * k_half
+        balance.transverse_velocity[rod, node + 1] = u_next
+        balance.angular_velocity[rod, node] = omega
+        balance.twist_source[rod, node] = wedge(k_half, omega)
         k = k_next
         u = u_next
 
 
 @wp.func
-def integrate_bishop_spin(rod: int, rods: Swimmers, flow: Flow):
-    """``ω0' = −Im(k̄ ω⊥)`` integrated outwards from the midpoint, where the gauge makes it 0."""
-    nodes = flow.twist_source.shape[1]
+def integrate_bishop_roll(rod: int, rods: Swimmers, balance: Balance):
+    """``ω0' = −Im(k̄ ω⊥)`` of the Bishop frame, integrated outwards from the middle node, where ω0 = 0 (gauge)."""
+    nodes = balance.twist_source.shape[1]
     middle = nodes // 2
     total = real(0.0)
-    flow.bishop_spin[rod, middle] = total
+    balance.bishop_roll_rate[rod, middle] = total
     for node in range(middle, nodes - 1):
-        total -= rods.spacing * flow.twist_source[rod, node]
-        flow.bishop_spin[rod, node + 1] = total
+        total -= rods.spacing * balance.twist_source[rod, node]
+        balance.bishop_roll_rate[rod, node + 1] = total
     total = real(0.0)
     for back in range(middle):
         node = middle - 1 - back
-        total += rods.spacing * flow.twist_source[rod, node]
-        flow.bishop_spin[rod, node] = total
+        total += rods.spacing * balance.twist_source[rod, node]
+        balance.bishop_roll_rate[rod, node] = total
 
 
 @wp.func
-def balance(rod: int, rods: Swimmers, shape: Shape, flow: Flow):
-    """Tension and velocities of one rod: forces and moments balance, and its length stays (4.16), (4.17)."""
-    find_transverse_source(rod, rods, shape.bending, shape.twist, flow)
-    find_axial_source(rod, rods, shape, flow)
-    solve_tension(rod, rods, shape, flow)
-    find_axial_velocity(rod, rods, flow)
-    find_transverse_velocity(rod, rods, shape.bending, flow)
-    integrate_bishop_spin(rod, rods, flow)
+def solve_balance(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
+    """Tension and velocities of one rod from the balances of forces and moments (4.16), (4.17), at constant length."""
+    find_transverse_source(rod, rods, shape.bending, shape.twist, balance)
+    find_axial_source(rod, rods, shape, balance)
+    solve_tension(rod, rods, shape, balance)
+    find_axial_velocity(rod, rods, balance)
+    find_transverse_velocity(rod, rods, shape.bending, balance)
+    integrate_bishop_roll(rod, rods, balance)
 
 
 @wp.func
-def axial_at(rod: int, node: int, flow: Flow):
+def axial_velocity_at_node(rod: int, node: int, balance: Balance):
     """u0 at a node; even beyond the ends, where ``u0' = −Im(k̄ u⊥) = 0``."""
-    last = flow.axial.shape[1] - 1
-    return real(0.5) * (flow.axial[rod, wp.max(node - 1, 0)] + flow.axial[rod, wp.min(node, last - 1)])
+    last = balance.axial_velocity.shape[1] - 1
+    before = balance.axial_velocity[rod, wp.max(node - 1, 0)]
+    return real(0.5) * (before + balance.axial_velocity[rod, wp.min(node, last - 1)])
 
 
 @wp.func
-def roll_at(rod: int, node: int, rods: Swimmers, shape: Shape):
+def roll_rate_after(rod: int, node: int, rods: Swimmers, shape: Shape):
     """``ω0 = (c τ' + M f)/ηr`` of the material at the half node after ``node`` (4.21)."""
     slope = (shape.twist[rod, node + 1] - shape.twist[rod, node]) / rods.spacing
     f = real(0.5) * (shape.activity[rod, node] + shape.activity[rod, node + 1])
@@ -182,15 +189,15 @@ def roll_at(rod: int, node: int, rods: Swimmers, shape: Shape):
 
 
 @wp.func
-def bending_rate(rod: int, node: int, rods: Swimmers, k: wp.vec2d, flow: Flow):
-    """``dk/dt = ω⊥' − i ω0 k`` at an interior node (4.10)."""
-    slope = (flow.spin[rod, node] - flow.spin[rod, node - 1]) / rods.spacing
-    return slope - flow.bishop_spin[rod, node] * turned(k)
+def bending_rate(rod: int, node: int, rods: Swimmers, k: wp.vec2d, balance: Balance):
+    """``∂k/∂t = ω⊥' − i ω0 k`` at an inner node (4.10)."""
+    slope = (balance.angular_velocity[rod, node] - balance.angular_velocity[rod, node - 1]) / rods.spacing
+    return slope - balance.bishop_roll_rate[rod, node] * times_i(k)
 
 
 @wp.func
-def spread_at(rod: int, node: int, rods: Swimmers, activity: numbers):
-    """``D f''`` with ``f' = 0`` at the ends."""
+def activity_diffusion(rod: int, node: int, rods: Swimmers, activity: Scalars2D):
+    """``D f''``, with ``f' = 0`` at the ends."""
     last = activity.shape[1] - 1
     left = activity[rod, wp.abs(node - 1)]
     right = activity[rod, last - wp.abs(last - node - 1)]
@@ -199,8 +206,9 @@ def spread_at(rod: int, node: int, rods: Swimmers, activity: numbers):
 
 
 @wp.func
-def activity_drive(rod: int, node: int, rods: Swimmers, shape: Shape, flow: Flow):
-    """``(source − sink f + D f'', sink)`` of the flagellar law at a node (4.12)."""
+def activity_terms(rod: int, node: int, rods: Swimmers, shape: Shape, balance: Balance):
+    """``τf ∂f/∂t = source − sink f + D f''`` at a node (4.12), and the sink."""
     f = shape.activity[rod, node]
-    source, sink = reaction(rods.law[rod], f, axial_at(rod, node, flow), rods.law_numbers[rod])
-    return source - sink * f + spread_at(rod, node, rods, shape.activity), sink
+    u0 = axial_velocity_at_node(rod, node, balance)
+    source, sink = reaction(rods.law[rod], f, u0, rods.law_parameters[rod])
+    return source - sink * f + activity_diffusion(rod, node, rods, shape.activity), sink

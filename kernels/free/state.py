@@ -1,81 +1,85 @@
-"""The arrays of an ensemble of active rods, as their kernels take them."""
+"""The arrays of an ensemble of active rods, grouped as the kernels take them."""
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
-
-per_rod = wp.array(dtype=wp.float64)
-numbers = wp.array2d(dtype=wp.float64)
-pairs = wp.array2d(dtype=wp.vec2d)
-vectors = wp.array2d(dtype=wp.vec3d)
+from warp_rods.kernels.layout import (
+    Integers1D,
+    Matrices1D,
+    Pairs2D,
+    Scalars1D,
+    Scalars2D,
+    Vectors1D,
+    Vectors2D,
+    real,
+)
 
 
 @wp.struct
 class Swimmers:
-    """Parameters of an ensemble, [rod], dimensionless as in model.md §1."""
+    """Parameters of an ensemble [rod], dimensionless as in docs/model.md §1.2, and the status of its rods."""
 
-    bending_stiffness: per_rod  # β⊥
-    twist_stiffness: per_rod  # β∥
-    moment: per_rod  # M
-    drag_ratio: per_rod  # η
-    rotational_drag: per_rod  # ηr
-    relaxation: per_rod  # τf
-    diffusion: per_rod  # D
-    law: wp.array(dtype=wp.int32)  # of the flagella: its number in ``flagella.reaction``
-    law_numbers: wp.array(dtype=wp.vec4d)  # the law's own parameters
-    status: wp.array(dtype=wp.int32)  # SOUND, or why it is frozen at its last sound state
+    bending_stiffness: Scalars1D  # β⊥
+    twist_stiffness: Scalars1D  # β∥
+    moment: Scalars1D  # M
+    drag_ratio: Scalars1D  # η
+    rotational_drag: Scalars1D  # ηr
+    relaxation: Scalars1D  # τf
+    diffusion: Scalars1D  # D
+    law: Integers1D  # law of the flagella: a number of ``flagella.py``
+    law_parameters: wp.array(dtype=wp.vec4d)  # parameters of that law
+    status: Integers1D  # OK, or why the rod was frozen
     spacing: real  # Δs
-    symmetric: int  # 1: keep the π-rotation symmetry (C.50) exactly
+    symmetric: int  # 1: impose the π-rotation symmetry (C.50)
 
 
 @wp.struct
 class Shape:
-    """What the shape equations evolve, [rod, node]: k_B, τ, f."""
+    """The fields that are advanced in time [rod, node]: k of the Bishop frame, τ, f."""
 
-    bending: pairs
-    twist: numbers
-    activity: numbers
+    bending: Pairs2D
+    twist: Scalars2D
+    activity: Scalars2D
 
 
 @wp.struct
-class Flow:
-    """What force and moment balance give for a shape, [rod, node], and room for the solves."""
+class Balance:
+    """Tension and velocities that balance forces and moments [rod, node], and workspace of the linear systems."""
 
-    force: vectors  # f_ext in the Bishop frame, given
-    axial_source: numbers  # u0 without tension, half nodes
-    transverse_source: pairs  # u⊥ without tension
-    tension: numbers  # λ
-    axial: numbers  # u0, half nodes
-    transverse: pairs  # u⊥
-    spin: pairs  # ω⊥, half nodes
-    twist_source: numbers  # Im(k̄ ω⊥), half nodes
-    bishop_spin: numbers  # ω0 of the Bishop frame, 0 at the midpoint
-    lower2: numbers
-    lower: numbers
-    diagonal: numbers
-    upper: numbers
-    upper2: numbers
-    right: numbers
-    right_pair: pairs
-    work: numbers
-    work_pair: pairs
+    force: Vectors2D  # f_ext in the Bishop frame; given
+    axial_source: Scalars2D  # u0 without the tension, half nodes
+    transverse_source: Pairs2D  # u⊥ without the tension
+    tension: Scalars2D  # λ
+    axial_velocity: Scalars2D  # u0, half nodes
+    transverse_velocity: Pairs2D  # u⊥
+    angular_velocity: Pairs2D  # ω⊥, half nodes
+    twist_source: Scalars2D  # Im(k̄ ω⊥), half nodes
+    bishop_roll_rate: Scalars2D  # ω0 of the Bishop frame, 0 at the middle node
+    lower2: Scalars2D
+    lower: Scalars2D
+    diagonal: Scalars2D
+    upper: Scalars2D
+    upper2: Scalars2D
+    rhs: Scalars2D
+    rhs_pairs: Pairs2D
+    work: Scalars2D
+    work_pairs: Pairs2D
 
 
 @wp.struct
 class Midpoint:
-    """The Bishop frame of the middle node, the material's angle in it, and their last rates, [rod]."""
+    """The Bishop frame of the middle node, the angle θ of the material frame in it, and their rates [rod]."""
 
-    rotation: wp.array(dtype=wp.mat33d)
-    position: wp.array(dtype=wp.vec3d)
-    angle: wp.array(dtype=wp.float64)
-    spin: wp.array(dtype=wp.vec3d)
-    velocity: wp.array(dtype=wp.vec3d)
-    roll: wp.array(dtype=wp.float64)
+    rotation: Matrices1D
+    position: Vectors1D
+    angle: Scalars1D  # θ
+    angular_velocity: Vectors1D  # ω of the Bishop frame
+    velocity: Vectors1D  # u
+    roll_rate: Scalars1D  # ω0 of the material
 
 
 @wp.struct
-class AppliedForce:
+class ExternalForce:
     """External force per length in the Bishop frame [rod, node]."""
 
-    now: wp.array2d(dtype=wp.vec3d)
-    before: wp.array2d(dtype=wp.vec3d)  # one step ago
+    now: Vectors2D
+    previous: Vectors2D  # one step ago

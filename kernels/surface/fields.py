@@ -1,6 +1,6 @@
-"""The membranes' fields: φ, ∇φ, ∇∇φ of each built-in surface, outward where φ > 0 (scene schema, [surface]).
+"""Fields of the built-in surfaces: φ, ∇φ, ∇∇φ, outward where φ > 0 (docs/model.md §5.1).
 
-``p.v`` holds the surface's parameters in the order of its row in the table of surfaces.
+``p.v`` holds the parameters in the order of the table in ``warp_rods/membranes/built_in.py``.
 """
 
 import warp as wp
@@ -47,7 +47,7 @@ def cylinder(x: wp.vec3d, p: Parameters):
 
 @wp.func
 def torus(x: wp.vec3d, p: Parameters):
-    """φ = ((ρ − R)² + z² − r²)/2r with ρ² = x² + y²: circle of radius R round the z axis, tube of radius r."""
+    """φ = ((ρ − R)² + z² − r²)/2r with ρ² = x² + y²: a tube of radius r about a circle of radius R."""
     rho = wp.sqrt(x[0] * x[0] + x[1] * x[1])
     d = rho - p.v[0]
     e = wp.vec3d(x[0] / rho, x[1] / rho, real(0.0))

@@ -1,6 +1,6 @@
-"""Geometry of a surface φ(x) = 0 from φ, ∇φ and ∇∇φ (model §3; thesis 5.15-5.23).
+"""Geometry of a surface φ(x) = 0 from φ, ∇φ and ∇∇φ (docs/model.md §5.1; (5.15) to (5.23)).
 
-A surface is one Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)``: x in space, p its parameters, outward where φ > 0.
+A surface is one Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` of a point x and parameters p; outward is where φ > 0.
 """
 
 import functools
@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 
 wp.set_module_options({"enable_backward": False})
 
@@ -17,17 +17,20 @@ Numbers = wp.types.vector(8, wp.float64)
 
 @wp.struct
 class Parameters:
-    """What one surface differs in from others of its field."""
+    """Parameters of one surface; surfaces of one kind share their field."""
 
-    v: Numbers  # its parameters in the order of its table row; unused places are zero
-    grid: wp.array3d(dtype=wp.float64)  # its coefficients, where it is given on a grid; else empty
+    v: Numbers  # parameters in the order of the table of surfaces, padded with zeros
+    grid: wp.array3d(dtype=wp.float64)  # spline coefficients of a surface given on a grid; otherwise empty
+
+
+ParameterArray = wp.array(dtype=Parameters)
 
 
 def _signature(x: wp.vec3d, p: Parameters): ...
 
 
 def written_field(name: str, source: str) -> wp.Function:
-    """The field whose source is this text, in a module of this name; the source sees ``wp`` and ``Parameters``."""
+    """A field from source code, in a Warp module of this name; the source may use ``wp`` and ``Parameters``."""
     return wp.Function(_signature, key=name, namespace="", module=wp.get_module(name), source=source)
 
 
@@ -45,13 +48,13 @@ def to_surface(x: wp.vec3d, phi: real, gradient: wp.vec3d) -> wp.vec3d:
 
 @wp.func
 def to_tangent(q: wp.vec3d, n: wp.vec3d) -> wp.vec3d:
-    """The unit vector along the part of q that is tangent to the surface."""
+    """The unit vector along the projection of q onto the tangent plane."""
     return wp.normalize(q - n * wp.dot(q, n))
 
 
 @wp.func
 def frame(q: wp.vec3d, n: wp.vec3d) -> wp.mat33d:
-    """Directors as columns (q, n×q, n) (D.66); q a unit tangent."""
+    """Directors (q, n×q, n) as columns (D.66); q is a unit tangent."""
     return wp.matrix_from_cols(q, wp.cross(n, q), n)
 
 
@@ -72,7 +75,7 @@ def gaussian(K: wp.vec3d) -> real:
 
 @wp.func
 def normal_motion(gradient: wp.vec3d, hessian: wp.mat33d, phi_t: real, gradient_t: wp.vec3d):
-    """V = −∂tφ/|∇φ|, the velocity of a moving surface along n, and ∇V."""
+    """The normal velocity V = −∂tφ/|∇φ| of a moving surface, and ∇V."""
     size = wp.length(gradient)
     n = gradient / size
     return -phi_t / size, (hessian * n) * (phi_t / (size * size)) - gradient_t / size
@@ -80,11 +83,13 @@ def normal_motion(gradient: wp.vec3d, hessian: wp.mat33d, phi_t: real, gradient_
 
 @functools.cache
 def sampler(field: wp.Function) -> SimpleNamespace:
-    """Kernels for one surface at points: ``.value`` φ, ``.evaluate`` φ, ∇φ, ∇∇φ; ``.project`` moves points to φ = 0."""
+    """Kernels on points: ``.value`` (φ), ``.evaluate`` (φ, ∇φ, ∇∇φ), ``.project`` (Newton steps to φ = 0)."""
 
     @wp.kernel(module="unique", enable_backward=False)
     def value(
-        points: wp.array(dtype=wp.vec3d), parameters: wp.array(dtype=Parameters), phi: wp.array(dtype=wp.float64)
+        points: Vectors1D,
+        parameters: ParameterArray,
+        phi: Scalars1D,
     ):
         i = wp.tid()
         found, _g, _H = field(points[i], parameters[0])
@@ -92,11 +97,11 @@ def sampler(field: wp.Function) -> SimpleNamespace:
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate(
-        points: wp.array(dtype=wp.vec3d),
-        parameters: wp.array(dtype=Parameters),
-        phi: wp.array(dtype=wp.float64),
-        gradient: wp.array(dtype=wp.vec3d),
-        hessian: wp.array(dtype=wp.mat33d),
+        points: Vectors1D,
+        parameters: ParameterArray,
+        phi: Scalars1D,
+        gradient: Vectors1D,
+        hessian: Matrices1D,
     ):
         i = wp.tid()
         value, g, H = field(points[i], parameters[0])
@@ -105,7 +110,7 @@ def sampler(field: wp.Function) -> SimpleNamespace:
         hessian[i] = H
 
     @wp.kernel(module="unique", enable_backward=False)
-    def project(points: wp.array(dtype=wp.vec3d), parameters: wp.array(dtype=Parameters), iterations: int):
+    def project(points: Vectors1D, parameters: ParameterArray, iterations: int):
         i = wp.tid()
         x = points[i]
         for _ in range(iterations):

@@ -1,6 +1,6 @@
 """A field given by coefficients on a grid: the tricubic B-spline, C², with its exact gradient and Hessian.
 
-Node i of an axis is at origin + i spacing. Beyond the grid the field goes on as its mirror image.
+Node i of an axis is at origin + i spacing. Beyond the grid the field is continued by reflection.
 """
 
 import warp as wp
@@ -11,7 +11,7 @@ from warp_rods.kernels.surface.geometry import Parameters
 wp.set_module_options({"enable_backward": False})
 
 Weights = wp.types.matrix((3, 4), wp.float64)
-"""Rows: value, slope and second derivative; columns: the four nodes round a point."""
+"""Rows: value, first and second derivative; columns: the four nodes around a point."""
 
 
 @wp.func
@@ -38,7 +38,7 @@ def cubic(t: real) -> Weights:
 
 @wp.func
 def mirrored(i: int, n: int) -> int:
-    """The node of an axis of n whose coefficient stands at i, which may lie beyond the ends."""
+    """The node whose coefficient is used at i, which may lie beyond the ends of an axis of n nodes."""
     period = 2 * (n - 1)
     k = ((i % period) + period) % period
     return wp.min(k, period - k)
@@ -56,7 +56,7 @@ def row(c: wp.array3d(dtype=wp.float64), i: int, j: int, k: wp.vec4i) -> wp.vec4
 
 @wp.func
 def sheet(c: wp.array3d(dtype=wp.float64), i: int, j: wp.vec4i, k: wp.vec4i, wy: Weights, wz: Weights) -> wp.mat33d:
-    """Derivatives [along y, along z] of orders 0, 1, 2 in the plane of nodes i."""
+    """Derivatives of orders 0, 1, 2 [along y, along z] in the plane of nodes i."""
     z0 = wz * row(c, i, j[0], k)
     z1 = wz * row(c, i, j[1], k)
     z2 = wz * row(c, i, j[2], k)
@@ -66,7 +66,7 @@ def sheet(c: wp.array3d(dtype=wp.float64), i: int, j: wp.vec4i, k: wp.vec4i, wy:
 
 @wp.func
 def spline(x: wp.vec3d, p: Parameters):
-    """φ = Σ c_ijk β(x − i) β(y − j) β(z − k); p.v holds the grid's origin and its spacing."""
+    """φ = Σ c_ijk β(x − i) β(y − j) β(z − k); p.v holds the origin and the spacing of the grid."""
     h = wp.vec3d(p.v[3], p.v[4], p.v[5])
     u = wp.cw_div(x - wp.vec3d(p.v[0], p.v[1], p.v[2]), h)
     cell = wp.vec3d(wp.floor(u[0]), wp.floor(u[1]), wp.floor(u[2]))

@@ -1,4 +1,4 @@
-"""How high the steric barrier between crossing rods is, and when the user is told that it is low."""
+"""The height of the steric barrier between crossing rods, and the warning that it is low."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ from warp_rods.simulation.loop import Simulation
 STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
 
 
-def test_force_of_crossing_rods_is_that_of_the_sums():
-    """Two straight rods at right angles, well resolved, at distances h: the largest force by the sums over nodes."""
+def test_crossing_force_agrees_with_sums_over_nodes():
+    """The largest force over distances h between two straight, well resolved rods at right angles."""
     s = np.linspace(-0.5, 0.5, 201)
     forces = []
     for h in np.linspace(0.03, 0.045, 61):
@@ -25,7 +25,7 @@ def test_force_of_crossing_rods_is_that_of_the_sums():
     assert barrier.crossing_force(100.0, 0.02, 0.08) == pytest.approx(max(forces), rel=1e-4)
 
 
-def test_force_of_a_tip_in_a_flank_is_that_of_the_sums():
+def test_flank_force_agrees_with_sums_over_nodes():
     s = np.linspace(-0.5, 0.5, 401)
     flank, tip = np.stack([0 * s, s, 0 * s], axis=-1), np.stack([s + 0.5, 0 * s, 0 * s], axis=-1)
     pairs = Pairs([Rods(line[None], np.ones(1)) for line in (flank, tip)], **STERIC)
@@ -35,7 +35,7 @@ def test_force_of_a_tip_in_a_flank_is_that_of_the_sums():
 
 
 @pytest.mark.parametrize(
-    ("strength", "spacing", "swims", "said"),
+    ("strength", "spacing", "swimmers", "said"),
     [
         (1000.0, 0.03, True, []),
         (500.0, 0.03, True, ["strength = 886"]),
@@ -44,15 +44,15 @@ def test_force_of_a_tip_in_a_flank_is_that_of_the_sums():
         (1000.0, 0.1, False, ["1.3 times as many nodes"]),
     ],
 )
-def test_low_barriers_and_wide_meshes_are_told(strength, spacing, swims, said):
-    found = barrier.doubts("cells", spacing, strength, 0.02, 0.08, swims)
+def test_low_barriers_and_coarse_grids_are_warned_of(strength, spacing, swimmers, said):
+    found = barrier.barrier_warnings("cells", spacing, strength, 0.02, 0.08, swimmers)
     assert len(found) == len(said)
     assert all(text in line for text, line in zip(said, found, strict=True))
 
 
 @pytest.mark.parametrize(("force", "passes"), [(0.4, True), (2.0, False)])
-def test_swimmers_slip_through_what_does_not_hold_them(force, passes):
-    """One swims into the flank of another that is held by a third of its kind on the other side."""
+def test_swimmers_pass_through_a_barrier_that_is_too_low(force, passes):
+    """One swims into the flank of another, which a third one supports on the other side."""
     strength = force / barrier.flank_force(1.0, 0.02, 0.08)
     cells = {
         "name": "cells", "count": 3, "nodes": 33, "bend": 0.1, "twist": 0.1, "flagella": {"profile": "uniform"},

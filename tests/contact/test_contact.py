@@ -1,4 +1,4 @@
-"""Steps under contact: second order, cut where they must be and nowhere else, the same bits however a run is cut up."""
+"""Steps under contact: second order, divided into substeps where necessary, with bits that depend on the scene only."""
 
 from itertools import pairwise
 
@@ -9,8 +9,8 @@ from examples.free import slope
 
 from warp_rods.analysis.crossings import crossings
 from warp_rods.contact import steps as contact
-from warp_rods.contact.steps import FINEST, LARGEST_MOVE
-from warp_rods.rods import recorded
+from warp_rods.contact.steps import LARGEST_MOVE, MOST_SUBSTEPS
+from warp_rods.rods import slices
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
@@ -20,10 +20,10 @@ COLLISIONS = {
 }
 """Middle points and directions of two straight swimmers that collide at t = 0.1 to 0.2."""
 SMOOTH = {"strength": 20.0, "range": 0.1, "core": 0.12}
-"""Contact that swimmers feel from afar."""
+"""Contact of long range."""
 CLEAR = {"strength": 500.0, "range": 0.04, "core": 0.2}
-"""Contact that does not reach from one part of a straight rod to another: pairs of one rod are left out sharply below
-2ε along it, which is a first order of Δs where the range is not far below that."""
+"""Contact without interaction between parts of one straight rod: pairs of one rod are left out sharply below 2ε along
+it, which is an error of first order in Δs unless the range is much smaller."""
 HARD = {"strength": 2000.0, "range": 0.02, "core": 0.08}
 """Contact as in a swarm."""
 
@@ -39,7 +39,7 @@ def collision(kind: str, nodes: int = 33, *, steric=SMOOTH, end=0.5, step=1e-3, 
 
 
 def frames(simulation: Simulation) -> list[dict[str, np.ndarray]]:
-    """Every frame from the present one to the last."""
+    """All frames from the present one to the last."""
     found = [simulation.variables()["cells"]]
     while simulation.frame < len(simulation.frames.times) - 1:
         for _ in simulation.to_next_frame():
@@ -75,7 +75,7 @@ def test_a_collision_is_second_order_in_time(kind):
 
 @pytest.mark.parametrize("kind", COLLISIONS)
 def test_a_collision_of_hard_rods_is_second_order_in_time(kind):
-    """The core four times the range, as in a swarm, where contact is weak and its end near: pairs come and go."""
+    """The core is four times the range, as in swarms: contact is weak and pairs cross the cut-off."""
     counts = np.array([500, 1000, 2000, 4000])
     found = [frames(collision(kind, 17, steric=HARD, step=0.5 / count))[-1]["position"] for count in counts]
     errors = [np.abs(b - a).max() for a, b in pairwise(found)]
@@ -84,7 +84,7 @@ def test_a_collision_of_hard_rods_is_second_order_in_time(kind):
 
 @pytest.mark.parametrize("kind", COLLISIONS)
 def test_a_collision_is_second_order_in_the_spacing(kind):
-    """From Δs = ε/3 on, so that the core is resolved."""
+    """Δs ≤ ε/3, so that the core is resolved."""
     sizes, found = np.array([16, 32, 64, 128]), []
     for size in sizes:
         last = frames(collision(kind, int(size) + 1, steric=CLEAR, step=5e-4))[-1]
@@ -95,8 +95,8 @@ def test_a_collision_is_second_order_in_the_spacing(kind):
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_steps_far_too_long_for_the_contact_give_the_same_answer(kind):
-    """Of 0.02, in which a contact that pulls back at thousands per time would throw rods anywhere."""
+def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
+    """Steps of 0.02, with contact rates of thousands, would be unstable without substeps."""
     long = collision(kind, steric=HARD, end=0.8, step=0.02)
     found = frames(long)
     short = collision(kind, steric=HARD, end=0.8, step=2.5e-4)
@@ -107,7 +107,7 @@ def test_steps_far_too_long_for_the_contact_give_the_same_answer(kind):
 
 @pytest.mark.parametrize("kind", COLLISIONS)
 def test_nothing_passes_through(kind):
-    """Frames at every one of the long steps; without sterics the crossed pair does pass through."""
+    """With a frame at every long step. Without steric forces the crossed pair passes through each other."""
     run = collision(kind, steric=HARD, end=1.2, step=0.02, every=0.02)
     found = frames(run)
     assert run.contact.finest > 1 and not run.contact.unresolved
@@ -115,52 +115,52 @@ def test_nothing_passes_through(kind):
     assert passed_through(run, found) == 0
     free = collision("crossed", steric={**HARD, "strength": 0.0}, end=1.2, step=0.02, every=0.02)
     free_frames = frames(free)
-    for f in free_frames:  # both in one plane
+    for f in free_frames:  # projected onto one plane
         f["position"][:, :, 2] = 0.0
     assert passed_through(free, free_frames) > 0
 
 
-def test_a_reasonable_step_is_never_cut():
+def test_a_reasonable_step_is_never_divided():
     run = collision("crossed", steric=HARD, end=1.2, step=4e-4)
     frames(run)
-    assert run.contact.parts == run.contact.finest == 1 and not run.contact.unresolved
+    assert run.contact.substeps == run.contact.finest == 1 and not run.contact.unresolved
 
 
-def test_no_node_moves_further_than_its_share_of_the_core_in_a_step(monkeypatch):
-    """Seen from outside, in every stretch that is kept; those that are redone begin again where they began."""
+def test_no_node_moves_farther_than_allowed_in_a_substep(monkeypatch):
+    """In every block that is accepted; blocks that are repeated start from the same time."""
     run = collision("crossed", steric=HARD, end=0.6, step=0.05)
-    cells, walk, stretches = run.ensembles["cells"], run.contact._walk, []
+    cells, take_substeps, blocks = run.ensembles["cells"], run.contact._take_substeps, []
 
     def watched(dt, steps):
-        begun, ways = cells.time, []
+        start, moves = cells.time, []
         for _ in range(steps):
             before = cells.position
-            walk(dt, 1)
-            ways.append(np.linalg.norm(cells.position - before, axis=-1).max())
-        stretches.append((begun, max(ways)))
+            take_substeps(dt, 1)
+            moves.append(np.linalg.norm(cells.position - before, axis=-1).max())
+        blocks.append((start, max(moves)))
 
-    monkeypatch.setattr(run.contact, "_walk", watched)
+    monkeypatch.setattr(run.contact, "_take_substeps", watched)
     frames(run)
-    share = LARGEST_MOVE * HARD["core"] * (1 + 1e-9)
-    kept = dict(stretches)
-    assert len(kept) < len(stretches)
-    assert max(kept.values()) <= share < max(way for _, way in stretches)
-    assert list(kept) == sorted(kept)
+    allowed = LARGEST_MOVE * HARD["core"] * (1 + 1e-9)
+    accepted = dict(blocks)
+    assert len(accepted) < len(blocks)
+    assert max(accepted.values()) <= allowed < max(move for _, move in blocks)
+    assert list(accepted) == sorted(accepted)
 
 
-def test_bits_do_not_depend_on_how_many_threads_there_are(monkeypatch):
-    """Small slices for two threads, where there are two: rods of one ensemble, and nodes that gather their forces."""
+def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch):
+    """Small slices for two threads, if there are two cores, for stepping rods and for summing pair forces."""
     bits = []
-    for worth in (recorded.WORTH_A_THREAD, 20):
-        monkeypatch.setattr(recorded, "WORTH_A_THREAD", worth)
+    for nodes in (slices.NODES_PER_THREAD, 20):
+        monkeypatch.setattr(slices, "NODES_PER_THREAD", nodes)
         run = collision("crossed", steric=HARD, end=0.4, step=0.02)
         bits.append(frames(run)[-1]["position"].tobytes())
         assert run.contact.finest > 1
-    assert run.contact._surroundings.recordable == (recorded.cores() == 1)
+    assert run.contact._surroundings.recordable == (slices.cores() == 1)
     assert bits[0] == bits[1]
 
 
-def test_a_run_goes_on_to_the_same_bits_while_its_steps_are_cut():
+def test_a_restored_run_with_substeps_continues_with_the_same_bits():
     def start():
         return collision("crossed", steric=HARD, end=0.8, step=0.02, every=0.1)
 
@@ -171,7 +171,7 @@ def test_a_run_goes_on_to_the_same_bits_while_its_steps_are_cut():
             pass
         found.append(whole.variables()["cells"])
         states.append(whole.state())
-    assert max(int(state["parts"]) for state in states) > 1
+    assert max(int(state["substeps"]) for state in states) > 1
     for k, state in enumerate(states[:-1]):
         again = start()
         if k % 2:
@@ -182,18 +182,18 @@ def test_a_run_goes_on_to_the_same_bits_while_its_steps_are_cut():
                 assert expected[name].tobytes() == got[name].tobytes(), (k, name)
 
 
-def test_a_state_says_how_far_steps_are_cut():
-    """Also where contact alone would not: steps that were cut for a fast node grow again only little by little."""
+def test_a_state_contains_the_number_of_substeps():
+    """Contact does not determine it: after a fast node has passed, substeps become longer only gradually."""
     run = collision("head-on")
-    run.contact.parts = 4
+    run.contact.substeps = 4
     state = run.state()
     other = collision("head-on")
     other.restore(state)
-    assert other.contact.parts == 4
+    assert other.contact.substeps == 4
 
 
-def test_saving_more_often_changes_no_bit():
-    """Steps of 2⁻¹⁰, so that all times are exact; lists are made at every frame."""
+def test_saving_more_often_does_not_change_the_bits():
+    """Steps of 2⁻¹⁰, so that all times are exact; lists are rebuilt at every frame."""
     bits = set()
     for every in (2**-10, 2**-6, 2**-3, 2**-2):
         run = collision("head-on", steric=HARD, end=0.25, step=2**-10, every=every)
@@ -202,102 +202,9 @@ def test_saving_more_often_changes_no_bit():
     assert len(bits) == 1
 
 
-def growing(step: float, strength: float = 10.0) -> Simulation:
-    """A filament that grows on a plane and is refined in the first steps, and a swimmer just above that it repels."""
-    growth = {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 32 + 1.5e-5}
-    scene = {
-        "surface": {"kind": "plane"},
-        "filaments": [{
-            "name": "sensor", "count": 1, "nodes": 33, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1],
-            "placement": {"position": [[0, 0, 0]], "direction": [[1, 0, 0]]}, "growth": growth,
-        }],
-        "swimmers": [{
-            "name": "cells", "count": 1, "nodes": 33, "bend": 5e-3, "twist": 1e-3, "shape": {"kind": "straight"},
-            "flagella": {"profile": "uniform"},
-            "placement": {"position": [[0.1, 0.02, 0.04]], "direction": [[0.8, 0.6, 0]]},
-        }],
-        "steric": {"strength": strength, "range": 0.05, "core": 0.08},
-        "time": {"end": 0.016, "step": step, "save_every": 0.016},
-    }  # fmt: skip
-    return Simulation(Scene.parse(scene), "cpu")
-
-
-def test_a_refinement_in_a_stretch_that_is_redone_is_redone_too(monkeypatch):
-    """Nodes may move by so little that the first steps are too long; the filament is refined in the second of them."""
-    monkeypatch.setattr(contact, "LARGEST_MOVE", 0.002)
-    run = growing(4e-4)
-    sensor, undone = run.ensembles["sensor"], []
-    restore = sensor.restore
-
-    def watched(state):
-        before = sensor.nodes
-        restore(state)
-        undone.append((before, sensor.nodes))
-
-    monkeypatch.setattr(sensor, "restore", watched)
-    frames(run)
-    assert (65, 33) in undone and sensor.nodes == 65
-    assert run.contact.finest > 1 and not run.contact.unresolved
-    again = growing(4e-4)
-    frames(again)
-    monkeypatch.undo()
-    plain = growing(1e-4)
-    frames(plain)
-    for name in ("sensor", "cells"):
-        got = run.ensembles[name].variables()["position"]
-        assert got.tobytes() == again.ensembles[name].variables()["position"].tobytes()
-        moved = np.abs(got - growing(1e-3).ensembles[name].variables()["position"]).max()
-        apart = np.abs(got - plain.ensembles[name].variables()["position"]).max()
-        assert 0 < apart < 0.01 * moved
-
-
-def breathing(step: float) -> Simulation:
-    """Filaments in each other's way on a sphere that swells and shrinks."""
-    scene = {
-        "surface": {"kind": "sphere", "radius": "1 + 0.2*sin(6*t)"},
-        "filaments": [{
-            "name": "sensor", "count": 16, "nodes": 33, "length": 0.6, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1],
-        }],
-        "steric": {"strength": 5.0, "range": 0.04, "core": 0.05},
-        "time": {"end": 0.125, "step": step, "save_every": 0.03125},
-    }  # fmt: skip
-    return Simulation(Scene.parse(scene), "cpu")
-
-
-def finished(run: Simulation, start: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The last frame of a run that is taken up from this state."""
-    run.restore(start)
-    while run.frame < 4:
-        for _ in run.to_next_frame():
-            pass
-    return run.ensembles["sensor"].variables()
-
-
-def test_contact_on_a_moving_membrane_is_second_order_in_time_and_resumes_to_the_same_bits():
-    """From a state in which stiff modes have settled: at t = 0 all contacts begin at once, as no step resolves."""
-    first = breathing(0.125 / 512)
-    for _ in first.to_next_frame():
-        pass
-    start = first.state()
-    assert first.variables()["sensor"]["steric_energy"].sum() > 1e-3
-    counts = np.array([64, 128, 256, 512])
-    found = [finished(breathing(0.125 / count), start) for count in counts]
-    assert not found[-1]["status"].any()
-    for name in ("position", "strain"):
-        errors = [np.abs(b[name] - a[name]).max() for a, b in pairwise(found)]
-        assert slope(counts[:-1], errors) == pytest.approx(2, abs=0.2), (name, errors)
-    while first.frame < 4:
-        for _ in first.to_next_frame():
-            pass
-    expected = first.ensembles["sensor"].variables()["position"].tobytes()
-    assert found[-1]["position"].tobytes() == expected
-    uncut = {key: value for key, value in start.items() if key != "parts"}  # as runs left it that knew no cuts
-    assert finished(breathing(0.125 / 512), uncut)["position"].tobytes() == expected
-
-
-def test_what_even_the_finest_steps_do_not_resolve_is_said(monkeypatch):
-    """Two swimmers on top of each other that fly apart, where no step may be cut into more than two."""
-    monkeypatch.setattr(contact, "FINEST", 2)
+def test_contact_that_the_shortest_substeps_do_not_resolve_is_reported(monkeypatch):
+    """Two nearly coincident swimmers that fly apart, with at most two substeps in a step."""
+    monkeypatch.setattr(contact, "MOST_SUBSTEPS", 2)
     place = {"placement": {"position": [[0, 0, 0], [0, 0.01, 0]]}}
     run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
     frames(run)
@@ -305,4 +212,4 @@ def test_what_even_the_finest_steps_do_not_resolve_is_said(monkeypatch):
     monkeypatch.undo()
     run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
     frames(run)
-    assert not run.contact.unresolved and 2 < run.contact.finest <= FINEST
+    assert not run.contact.unresolved and 2 < run.contact.finest <= MOST_SUBSTEPS

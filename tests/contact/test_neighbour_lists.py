@@ -1,8 +1,8 @@
-"""Sums over lists of neighbours: all pairs of periodic boxes, whenever lists are made; and steps that they bear."""
+"""Sums over neighbour lists: agreement with all pairs in periodic boxes, validity of lists, and the contact rate."""
 
 import numpy as np
 import pytest
-from examples.steric import STERIC, Held, all_forces, applied, assert_agrees, crowd, walks
+from examples.steric import STERIC, Held, all_forces, applied, assert_agrees, entangled, random_walks
 from reference.steric import Pairs, Rods
 
 from warp_rods.contact import neighbours as lists
@@ -10,11 +10,11 @@ from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.steps import largest_step
 
 WIDTH = 8 * STERIC["range"] + STERIC["core"]
-"""What a list reaches over by default: cells are no narrower."""
+"""Cut-off and default skin of a list; cells are at least as wide."""
 
 
 def moved_by_periods(ensembles: list[Rods], period, most: int) -> list[Rods]:
-    """The same rods, each some periods away."""
+    """The same rods, each displaced by some periods."""
     rng = np.random.default_rng(11)
     shifts = [rng.integers(-most, most + 1, size=(len(e.length), 1, 3)) * np.array(period) for e in ensembles]
     return [Rods(e.position + shift, e.length) for e, shift in zip(ensembles, shifts, strict=True)]
@@ -32,9 +32,9 @@ def moved_by_periods(ensembles: list[Rods], period, most: int) -> list[Rods]:
     ],
 )
 def test_periodic_boxes_agree_with_all_pairs(period, cells, device):
-    """Three, two or one periodic axes of 1, 2, 3 or more cells; rods lie all over the box and across its faces."""
+    """Three, two or one periodic axes with 1, 2, 3 or more cells; rods fill the box and cross its faces."""
     assert cells == period[0] // WIDTH
-    ensembles = crowd(spread=np.where(np.array(period) > 0, np.array(period) / 2, 0.5))
+    ensembles = entangled(spread=np.where(np.array(period) > 0, np.array(period) / 2, 0.5))
     pairs = Pairs(ensembles, **STERIC, period=period)
     neighbours, held = applied(ensembles, device, period=period)
     assert np.abs(pairs.forces() - Pairs(ensembles, **STERIC).forces()).max() > 1e-3 * np.abs(pairs.forces()).max()
@@ -42,8 +42,8 @@ def test_periodic_boxes_agree_with_all_pairs(period, cells, device):
 
 
 def test_a_wide_box_of_few_rods_has_a_small_grid(device):
-    """Cells of a list's reach would be more than 32 bits can count; wider ones lose no pair."""
-    rods = walks(np.random.default_rng(8), 4, 17, 0.6, 0.02)
+    """Cells of the smallest width would overflow 32 bits; wider cells miss no pair."""
+    rods = random_walks(np.random.default_rng(8), 4, 17, 0.6, 0.02)
     period, held, steric = np.full(3, 60.0), [Held(rods, device)], {"strength": 0.7, "range": 0.003, "core": 0.02}
     neighbours = Neighbours(held, **steric, period=period, device=device)
     neighbours.apply()
@@ -51,10 +51,10 @@ def test_a_wide_box_of_few_rods_has_a_small_grid(device):
     assert_agrees(neighbours, held, Pairs([rods], **steric, period=period))
 
 
-def test_rods_many_periods_away_feel_the_same(device):
-    """Positions are never wrapped. What is lost are the digits of the distance itself."""
+def test_forces_do_not_change_over_many_periods(device):
+    """Positions are never wrapped; only the digits lost in differences of large positions change."""
     period, most = (2.5, 1.9, 3.1), 1000
-    ensembles = crowd(spread=1.0)
+    ensembles = entangled(spread=1.0)
     far = moved_by_periods(ensembles, period, most)
     neighbours, held = applied(far, device, period=period)
     assert np.abs(all_forces(held)).max() > 0.1
@@ -62,8 +62,8 @@ def test_rods_many_periods_away_feel_the_same(device):
     assert_agrees(neighbours, held, Pairs(ensembles, **STERIC, period=period), tolerance=1e-13 * 4 * most)
 
 
-def test_a_rod_longer_than_the_box_feels_its_own_image(device):
-    """A straight rod along a diagonal of a box of half its length, and one that closes on itself but for a hair."""
+def test_a_rod_longer_than_the_box_interacts_with_its_own_image(device):
+    """A straight rod in a box less than half as wide as its length, and one that nearly closes on itself."""
     period = (1.75, 1.75, 1.75)
     line = np.linspace(0, 4.0, 81)[:, None] * np.array([0.8, 0.6, 0.0])
     along = np.linspace(0, 1.75 * 80 / 81, 81)[:, None] * np.array([1.0, 0.0, 0.0]) + [0.0, 0.0, 0.5]
@@ -75,7 +75,7 @@ def test_a_rod_longer_than_the_box_feels_its_own_image(device):
 
 def test_total_force_is_zero_in_a_periodic_box(device):
     period = (2.0, 2.2, 0.0)
-    ensembles = moved_by_periods(crowd(spread=1.0), period, 3)
+    ensembles = moved_by_periods(entangled(spread=1.0), period, 3)
     pairs = Pairs(ensembles, **STERIC, period=period)
     _, held = applied(ensembles, device, period=period)
     force = pairs.weights[:, None] * all_forces(held)
@@ -83,20 +83,20 @@ def test_total_force_is_zero_in_a_periodic_box(device):
 
 
 @pytest.mark.parametrize("period", [(0.0, 0.0, 0.0), (2.0, 2.2, 0.0)])
-def test_bits_depend_on_positions_alone(period, device, monkeypatch):
-    """Not on the skin, nor on where nodes were when lists were made, nor on how long lists are or once were."""
-    there = crowd(spread=0.6)
-    _, held = applied(there, device, period=period)
+def test_bits_depend_on_positions_only(period, device, monkeypatch):
+    """Not on the skin, on the positions for which lists were built, or on the lengths of lists."""
+    rods = entangled(spread=0.6)
+    _, held = applied(rods, device, period=period)
     expected, rng = all_forces(held), np.random.default_rng(7)
     for skin, places in [(0.0, 32), (1e-3, 32), (0.02, 1), (0.13, 32), (0.4, 7), (0.4, 500)]:
         monkeypatch.setattr(lists, "PLACES", places)
-        held = [Held(e, device) for e in there]
+        held = [Held(e, device) for e in rods]
         neighbours = Neighbours(held, **STERIC, device=device, period=period, skin=skin)
-        for h, e in zip(held, there, strict=True):
-            way = rng.normal(size=e.position.shape)
-            h.place(e.position + 0.49 * skin * way / np.linalg.norm(way, axis=-1, keepdims=True))
-        neighbours.renew()
-        for h, e in zip(held, there, strict=True):
+        for h, e in zip(held, rods, strict=True):
+            move = rng.normal(size=e.position.shape)
+            h.place(e.position + 0.49 * skin * move / np.linalg.norm(move, axis=-1, keepdims=True))
+        neighbours.rebuild_lists()
+        for h, e in zip(held, rods, strict=True):
             h.place(e.position)
         neighbours.apply()
         np.testing.assert_array_equal(all_forces(held), expected)
@@ -104,65 +104,65 @@ def test_bits_depend_on_positions_alone(period, device, monkeypatch):
 
 def test_lists_that_are_too_short_are_made_longer(device, monkeypatch):
     monkeypatch.setattr(lists, "PLACES", 2)
-    ensembles = crowd()
+    ensembles = entangled()
     neighbours, held = applied(ensembles, device)
     longest = neighbours._lists.count.numpy().max()
-    assert 2 < longest <= neighbours._lists.near.shape[1]
+    assert 2 < longest <= neighbours._lists.neighbour.shape[1]
     assert_agrees(neighbours, held, Pairs(ensembles, **STERIC))
 
 
 @pytest.mark.parametrize("skin", [0.0, 0.05, 0.3])
-def test_lists_are_renewed_in_time(skin, device):
-    """One bundle is driven through another, over the faces of the box, by steps from far below to above the skin."""
+def test_lists_are_rebuilt_before_they_become_invalid(skin, device):
+    """One bundle is moved through another, across the faces of the box, by steps from far below to above the skin."""
     period, steric = (2.0, 0.0, 1.9), STERIC | {"range": 0.05}
     rng = np.random.default_rng(8)
-    still, driven = walks(rng, 5, 17, 0.4, 0.2), walks(rng, 5, 17, 0.4, 0.2)
-    held = [Held(still, device), Held(driven, device)]
+    resting, driven = random_walks(rng, 5, 17, 0.4, 0.2), random_walks(rng, 5, 17, 0.4, 0.2)
+    held = [Held(resting, device), Held(driven, device)]
     neighbours = Neighbours(held, **steric, device=device, period=period, skin=skin)
-    renewed = 0
-    renew = neighbours.renew
+    rebuilt = 0
+    rebuild_lists = neighbours.rebuild_lists
 
     def counted():
-        nonlocal renewed
-        renewed += 1
-        renew()
+        nonlocal rebuilt
+        rebuilt += 1
+        rebuild_lists()
 
-    neighbours.renew = counted
-    way = np.cumsum(np.concatenate([np.full(12, 0.01), np.full(5, 0.06), np.full(6, 0.4)]))
-    for x in way:
+    neighbours.rebuild_lists = counted
+    path = np.cumsum(np.concatenate([np.full(12, 0.01), np.full(5, 0.06), np.full(6, 0.4)]))
+    for x in path:
         now = Rods(driven.position + np.array([x - 0.5, 0.0, x / 3]), driven.length)
         held[1].place(now.position)
         neighbours.apply()
-        assert_agrees(neighbours, held, Pairs([still, now], **steric, period=period))
-    assert renewed < len(way) or skin == 0
+        assert_agrees(neighbours, held, Pairs([resting, now], **steric, period=period))
+    assert rebuilt < len(path) or skin == 0
 
 
-def test_ways_of_nodes_are_measured(device):
-    """The longest of a step, and since lists were made; putting nodes elsewhere is no step."""
-    (rods, _), rng = crowd(), np.random.default_rng(9)
+def test_largest_displacements_are_measured(device):
+    """The largest in a step, and since the lists were built; placing nodes elsewhere is not a step."""
+    (rods, _), rng = entangled(), np.random.default_rng(9)
     held = Held(rods, device)
     neighbours = Neighbours([held], **STERIC, device=device, skin=10.0)
     neighbours.apply()
-    ways, at = rng.normal(scale=[[0.1], [0.3], [0.2]], size=(3, 3)), rods.position
-    for way in ways:
-        at = at + way
-        held.place(at)
-        neighbours.push()
-    longest, drift = np.linalg.norm(ways, axis=-1).max(), np.linalg.norm(np.cumsum(ways, axis=0), axis=-1)
-    assert neighbours.moved() == pytest.approx((longest, drift.max()), rel=1e-12)
-    assert neighbours.moved() == pytest.approx((0.0, drift.max()), rel=1e-12)
+    moves, position = rng.normal(scale=[[0.1], [0.3], [0.2]], size=(3, 3)), rods.position
+    for move in moves:
+        position = position + move
+        held.place(position)
+        neighbours.find_forces()
+    largest, drift = np.linalg.norm(moves, axis=-1).max(), np.linalg.norm(np.cumsum(moves, axis=0), axis=-1)
+    assert neighbours.largest_moves() == pytest.approx((largest, drift.max()), rel=1e-12)
+    assert neighbours.largest_moves() == pytest.approx((0.0, drift.max()), rel=1e-12)
     held.place(rods.position + np.array([0.0, 0.0, 0.5]))
-    neighbours.settle()
-    assert neighbours.moved() == pytest.approx((0.0, 0.5), rel=1e-12)
+    neighbours.skip_move()
+    assert neighbours.largest_moves() == pytest.approx((0.0, 0.5), rel=1e-12)
 
 
 def rate(pairs: Pairs, drag: np.ndarray) -> float:
-    """The fastest rate of nodes that move singly under the forces of the pairs."""
+    """The fastest rate of nodes that move independently under the pair forces."""
     return float(np.abs(np.linalg.eigvals(pairs.mobility_jacobian(drag))).max())
 
 
 def two_points(apart: float, core: float, device) -> tuple[Neighbours, Pairs]:
-    """Two rods whose middle nodes alone are within reach; crossed, so that the others are far."""
+    """Two crossed rods of which only the middle nodes are within the cut-off."""
     s = np.linspace(-20.0, 20.0, 5)[:, None]
     rods = [Rods((s * e)[None] + np.array([0, 0, z]), np.array([40.0]))
             for e, z in ((np.eye(3)[0], 0.0), (np.eye(3)[1], apart))]  # fmt: skip
@@ -171,34 +171,34 @@ def two_points(apart: float, core: float, device) -> tuple[Neighbours, Pairs]:
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.03, 0.06, 0.1, 0.3])
-def test_stiffness_of_two_nodes_is_half_their_rate(apart, device):
+def test_the_contact_rate_of_two_nodes_is_half_their_rate(apart, device):
     neighbours, pairs = two_points(apart, 0.05, device)
-    assert 2 * neighbours.stiffness() == pytest.approx(rate(pairs, np.ones(10)), rel=1e-9)
+    assert 2 * neighbours.contact_rate() == pytest.approx(rate(pairs, np.ones(10)), rel=1e-9)
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0, 3.0])
-def test_twice_the_stiffness_bounds_every_rate(scale, device):
-    """Rods of different drag in denser and denser tangles: above the fastest rate, by no more than five times."""
+def test_twice_the_contact_rate_bounds_every_rate(scale, device):
+    """Rods of different drag at three densities: the bound exceeds the fastest rate by less than a factor of five."""
     rng = np.random.default_rng(10)
-    ensembles = [walks(rng, 6, 9, 0.4, 0.3 / scale), walks(rng, 4, 11, 0.3, 0.3 / scale)]
+    ensembles = [random_walks(rng, 6, 9, 0.4, 0.3 / scale), random_walks(rng, 4, 11, 0.3, 0.3 / scale)]
     drags = [np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]), np.full(4, 5.0)]
     held = [Held(e, device, drag) for e, drag in zip(ensembles, drags, strict=True)]
     neighbours = Neighbours(held, **STERIC, device=device)
     neighbours.apply()
     each = np.concatenate([np.repeat(drag, e.position.shape[1]) for e, drag in zip(ensembles, drags, strict=True)])
     fastest = rate(Pairs(ensembles, **STERIC), each)
-    assert fastest <= 2 * neighbours.stiffness() < 5 * fastest
+    assert fastest <= 2 * neighbours.contact_rate() < 5 * fastest
 
 
 def amplification(x: float) -> float:
-    """Of a step of SBDF2 with all of a rate's pull extrapolated, x = rate Δt: (3z² − 4z + 1)/2 = −x(2z − 1)."""
+    """Largest |z| of the two-step formula with an extrapolated force, x = rate Δt: (3z² − 4z + 1)/2 = −x(2z − 1)."""
     return float(np.abs(np.roots([1.5, -2 + 2 * x, 0.5 - x])).max())
 
 
-def test_the_largest_step_is_where_the_scheme_begins_to_amplify():
-    stiffness = 37.0
-    x = 2 * stiffness * largest_step(stiffness)
+def test_the_largest_step_is_the_limit_of_stability():
+    contact_rate = 37.0
+    x = 2 * contact_rate * largest_step(contact_rate)
     assert amplification(x) == pytest.approx(1, rel=1e-12)
     assert amplification(1.001 * x) > 1.0001
-    assert max(amplification(share * x) for share in np.linspace(0.01, 0.999, 50)) < 1
+    assert max(amplification(fraction * x) for fraction in np.linspace(0.01, 0.999, 50)) < 1
     assert largest_step(0.0) == np.inf

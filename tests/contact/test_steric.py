@@ -1,8 +1,8 @@
-"""Steric forces against all pairs in NumPy, their conservation laws, and the neighbour grid."""
+"""Steric forces: agreement with all pairs in NumPy, conservation laws, and the hash grid."""
 
 import numpy as np
 import pytest
-from examples.steric import STERIC, all_forces, applied, assert_agrees, crowd, walks
+from examples.steric import STERIC, all_forces, applied, assert_agrees, entangled, random_walks
 from reference.steric import Pairs, Rods
 
 from warp_rods.contact.neighbours import CELLS, Neighbours
@@ -11,7 +11,7 @@ from warp_rods.rods.bound.rods import BoundRods
 
 
 def test_forces_and_energies_agree_with_all_pairs(device):
-    ensembles = crowd()
+    ensembles = entangled()
     pairs = Pairs(ensembles, **STERIC)
     neighbours, held = applied(ensembles, device)
     assert np.abs(pairs.forces()).max() > 0.1
@@ -20,32 +20,33 @@ def test_forces_and_energies_agree_with_all_pairs(device):
 
 @pytest.mark.parametrize("core", [0.01, 0.05, 0.0501, 0.12])
 def test_close_neighbours_along_one_rod_are_left_out(core, device):
-    """One straight rod of spacing 0.025: cores below, at and above twice and four times it."""
+    """One straight rod of spacing 0.025, with cores around two and four spacings."""
     line = np.linspace(0, 0.8, 33)[:, None] * np.array([0.6, 0.8, 0.0])
     ensembles = [Rods(line[None], np.array([0.8]))]
     neighbours, held = applied(ensembles, device, core=core)
     assert_agrees(neighbours, held, Pairs(ensembles, **(STERIC | {"core": core})))
 
 
-def test_forces_and_energies_come_to_nothing_where_their_reach_ends(device):
-    """Linearly and quadratically, whether the core is thinner than the range or thicker; so no step of Δt jumps."""
+def test_forces_and_energies_vanish_continuously_at_the_cutoff(device):
+    """Linearly and quadratically, for cores smaller and larger than the range."""
     for core in (0.02, 0.1, 0.4):
         steric = {"strength": 1.0, "range": 0.1, "core": core}
         one = Rods(np.zeros((1, 2, 3)), np.ones(1))
 
-        def felt(share, one=one, steric=steric):
-            other = Rods(one.position + np.array([8 * 0.1 * share, 0, 0]), one.length)
+        def at(fraction, one=one, steric=steric):
+            other = Rods(one.position + np.array([8 * 0.1 * fraction, 0, 0]), one.length)
             neighbours, held = applied([one, other], device, **steric)
             return np.abs(all_forces(held)).max(), neighbours.energies()[0].sum()
 
-        (force, energy), (less, least) = felt(1 - 1e-3), felt(1 - 1e-4)
-        assert less == pytest.approx(force / 10, rel=0.02) and least == pytest.approx(energy / 100, rel=0.02)
-        assert felt(1 + 1e-9) == (0.0, 0.0)
-        assert felt(1 - 1e-9)[0] < 1e-10 * felt(0.25)[0]
+        (force, energy), (closer_force, closer_energy) = at(1 - 1e-3), at(1 - 1e-4)
+        assert closer_force == pytest.approx(force / 10, rel=0.02)
+        assert closer_energy == pytest.approx(energy / 100, rel=0.02)
+        assert at(1 + 1e-9) == (0.0, 0.0)
+        assert at(1 - 1e-9)[0] < 1e-10 * at(0.25)[0]
 
 
-def test_third_law(device):
-    ensembles = crowd()
+def test_total_force_and_moment_vanish(device):
+    ensembles = entangled()
     _, held = applied(ensembles, device)
     pairs = Pairs(ensembles, **STERIC)
     force = pairs.weights[:, None] * all_forces(held)
@@ -55,7 +56,7 @@ def test_third_law(device):
 
 
 def test_force_is_minus_the_gradient_of_the_energy(device):
-    ensembles = crowd()
+    ensembles = entangled()
     _, held = applied(ensembles, device)
     pairs = Pairs(ensembles, **STERIC)
     force = pairs.weights[:, None] * all_forces(held)
@@ -68,12 +69,12 @@ def test_force_is_minus_the_gradient_of_the_energy(device):
             assert force[i, axis] == pytest.approx(-slope, rel=0, abs=1e-13 * np.abs(force).max())
 
 
-def test_grid_misses_no_pair_beyond_its_period(device):
-    """Space wraps round the grid: rods over four periods, with partners near by and exactly one period off."""
+def test_the_grid_misses_no_pair_beyond_its_period(device):
+    """The grid wraps around: rods over four of its periods, with partners close by and exactly one period away."""
     steric = STERIC | {"range": 0.01, "core": 0.02}
     period = CELLS * 8 * steric["range"]
     rng = np.random.default_rng(3)
-    far = walks(rng, 25, 9, 0.3, 2 * period)
+    far = random_walks(rng, 25, 9, 0.3, 2 * period)
     near = Rods(far.position + rng.normal(scale=0.01, size=(25, 1, 3)), far.length)
     image = Rods(far.position + np.array([period, 0, 0]), far.length)
     ensembles = [far, near, image]
@@ -83,8 +84,8 @@ def test_grid_misses_no_pair_beyond_its_period(device):
     assert_agrees(neighbours, held, Pairs(ensembles, **steric))
 
 
-def test_nodes_on_top_of_each_other_do_not_push(device):
-    rods = walks(np.random.default_rng(4), 3, 9, 0.3, 1.0)
+def test_the_force_between_coincident_nodes_vanishes(device):
+    rods = random_walks(np.random.default_rng(4), 3, 9, 0.3, 1.0)
     twice = [rods, Rods(rods.position.copy(), rods.length)]
     neighbours, held = applied(twice, device)
     assert np.isfinite(all_forces(held)).all()
@@ -93,9 +94,9 @@ def test_nodes_on_top_of_each_other_do_not_push(device):
     assert not all_forces(applied(point, device)[1]).any()
 
 
-def test_same_positions_same_bits_and_new_positions_are_seen(device):
-    """The second call replays a recorded graph, which must rebuild the grid from where the rods are now."""
-    first, second = crowd()
+def test_forces_have_the_same_bits_at_the_same_positions_and_follow_new_ones(device):
+    """The second call replays a recorded graph with the present positions."""
+    first, second = entangled()
     neighbours, held = applied([first, second], device)
     before, energies = all_forces(held), np.concatenate(neighbours.energies())
     neighbours.apply()
@@ -110,15 +111,15 @@ def test_same_positions_same_bits_and_new_positions_are_seen(device):
     np.testing.assert_array_equal(np.concatenate(neighbours.energies()), energies)
 
 
-def test_ensembles_of_one_scene_push_each_other_and_far_ones_do_not(device):
+def test_ensembles_interact_if_they_are_close(device):
     rng = np.random.default_rng(5)
-    one = walks(rng, 1, 4, 0.1, 0.0)  # too few nodes to push itself
+    one = random_walks(rng, 1, 4, 0.1, 0.0)  # too few nodes to interact with itself
     beside, far = (Rods(one.position + np.array([x, 0, 0]), one.length) for x in (0.1, 2.0))
     assert np.abs(applied([one, beside], device)[1][0].force).min() > 0
     assert not all_forces(applied([one, far], device)[1]).any()
 
 
-def test_two_filaments_on_a_sphere_part_and_lose_energy(device):
+def test_two_filaments_on_a_sphere_move_apart_and_lose_energy(device):
     core = STERIC["core"]
     sphere = surfaces.make("sphere", {"radius": 1.0})
     r = np.array([[1.0, 0.0, 0.75 * core], [1.0, 0.0, -0.75 * core]])

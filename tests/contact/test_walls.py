@@ -1,9 +1,9 @@
-"""Soft walls: forces are minus the gradient of their energy, rods stop where forces balance, energy is not lost."""
+"""Soft walls: forces are minus the gradient of the energy, rods stop where forces balance, energy is conserved."""
 
 import numpy as np
 import pytest
 from examples.free import slope
-from examples.steric import Held, walks
+from examples.steric import Held, random_walks
 from reference.steric import Rods
 
 from warp_rods.contact.arrangements import about_z
@@ -15,7 +15,7 @@ from warp_rods.rods.free.rods import FreeRods
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
-STRENGTH, REACH = 2000.0, 0.05
+STRENGTH, RANGE = 2000.0, 0.05
 HEIGHT = 0.5
 SURFACES = {
     "sphere": {"radius": 1.0},
@@ -25,26 +25,26 @@ SURFACES = {
 }
 
 
-def distance(where: Surface | float, side: float, points: np.ndarray) -> np.ndarray:
-    """φ/|∇φ| outside the wall, or of a slab |z| − h/2."""
-    if not isinstance(where, Surface):
-        return np.abs(points[..., 2]) - where / 2
-    return side * where.phi(points) / np.linalg.norm(where.gradient(points), axis=-1)
+def distance(wall: Surface | float, side: float, points: np.ndarray) -> np.ndarray:
+    """φ/|∇φ| outside the wall; |z| − h/2 for a slab."""
+    if not isinstance(wall, Surface):
+        return np.abs(points[..., 2]) - wall / 2
+    return side * wall.phi(points) / np.linalg.norm(wall.gradient(points), axis=-1)
 
 
-def energy_density(where: Surface | float, side: float, points: np.ndarray, reach: float) -> np.ndarray:
+def energy_density(wall: Surface | float, side: float, points: np.ndarray, wall_range: float) -> np.ndarray:
     """W = ½ k (d + δ)² where d > −δ."""
-    return 0.5 * STRENGTH * np.maximum(distance(where, side, points) + reach, 0.0) ** 2
+    return 0.5 * STRENGTH * np.maximum(distance(wall, side, points) + wall_range, 0.0) ** 2
 
 
-def near_the_wall(where: Surface | float, nodes: int = 9) -> Rods:
-    """Short walks that begin at the wall: some of their nodes feel it, beyond it too, and some do not."""
+def near_the_wall(wall: Surface | float, nodes: int = 9) -> Rods:
+    """Short random walks from the wall, with nodes within its range, beyond it and out of its range."""
     rng = np.random.default_rng(5)
-    rods = walks(rng, 8, nodes, 0.4, 0.0)
-    if isinstance(where, Surface):
-        start = where.project(rng.uniform(*where.box, size=(8, 3)))
+    rods = random_walks(rng, 8, nodes, 0.4, 0.0)
+    if isinstance(wall, Surface):
+        start = wall.project(rng.uniform(*wall.box, size=(8, 3)))
     else:
-        start = np.array([[x, -x, z * where / 2] for x, z in enumerate([1.0, -1.0] * 4)])
+        start = np.array([[x, -x, z * wall / 2] for x, z in enumerate([1.0, -1.0] * 4)])
     return Rods(rods.position + start[:, None], rods.length)
 
 
@@ -52,62 +52,64 @@ def near_the_wall(where: Surface | float, nodes: int = 9) -> Rods:
     ("kind", "outside"), [("slab", False), *((kind, outside) for kind in SURFACES for outside in (False, True))]
 )
 def test_force_is_minus_the_gradient_of_the_energy(kind, outside, device):
-    """Central differences of order 2: errors fall to a quarter as the step is halved, down to round-off."""
-    where = HEIGHT if kind == "slab" else surfaces.make(kind, SURFACES[kind])
-    reach, side, rods = 0.1, -1.0 if outside else 1.0, near_the_wall(where)
+    """By central differences, with errors of second order in the step."""
+    wall = HEIGHT if kind == "slab" else surfaces.make(kind, SURFACES[kind])
+    wall_range, side, rods = 0.1, -1.0 if outside else 1.0, near_the_wall(wall)
     held = Held(rods, device)
-    walls = Walls([held], where, STRENGTH, reach, outside, device)
-    walls.add()
+    walls = Walls([held], wall, STRENGTH, wall_range, outside, device)
+    walls.add_forces()
     weights = np.repeat(rods.spacing[:, None], 9, axis=1)
     weights[:, [0, -1]] /= 2
-    density = energy_density(where, side, rods.position, reach)
+    density = energy_density(wall, side, rods.position, wall_range)
     inside = density > 0
     assert 0.1 < inside.mean() < 0.99
     np.testing.assert_allclose(walls.energies()[0], (weights * density).sum(axis=1), rtol=1e-12, atol=1e-12)
     assert not held.force[~inside].any()
-    smooth = density > 0.5 * STRENGTH * 0.01**2  # away from the jump of W″ where the wall begins
+    smooth = density > 0.5 * STRENGTH * 0.01**2  # away from the edge of the range, where W″ jumps
     errors, steps = [], np.array([1e-3, 5e-4, 2.5e-4])
     for step in steps:
         moves = step * np.eye(3)
-        ahead, behind = (energy_density(where, side, rods.position[..., None, :] + s * moves, reach) for s in (1, -1))
+        ahead, behind = (
+            energy_density(wall, side, rods.position[..., None, :] + s * moves, wall_range) for s in (1, -1)
+        )
         slopes = (ahead - behind) / (2 * step)
         errors.append(np.abs(held.force + slopes)[smooth].max() / np.abs(held.force).max())
-    if isinstance(where, Surface):
+    if isinstance(wall, Surface):
         assert slope(1 / steps, errors) == pytest.approx(2, abs=0.2) and errors[-1] < 1e-4
     else:
         assert max(errors) < 1e-11
 
 
 def test_slab_and_sphere_have_their_exact_forces(device):
-    """k (d + δ) along the normal: d = |z| − h/2, and of a sphere φ = (r² − R²)/2, so that d = (r − R²/r)/2."""
-    for where in (HEIGHT, surfaces.make("sphere", {"radius": 1.0})):
-        rods = near_the_wall(where)
+    """k (d + δ) along the normal: d = |z| − h/2 for a slab; φ = (r² − R²)/2 and d = (r − R²/r)/2 for a sphere."""
+    for wall in (HEIGHT, surfaces.make("sphere", {"radius": 1.0})):
+        rods = near_the_wall(wall)
         held = Held(rods, device)
-        Walls([held], where, STRENGTH, REACH, device=device).add()
+        Walls([held], wall, STRENGTH, RANGE, device=device).add_forces()
         x = rods.position
-        if isinstance(where, Surface):
+        if isinstance(wall, Surface):
             r = np.linalg.norm(x, axis=-1, keepdims=True)
             d, gradient = (r - 1 / r) / 2, x / r * (1 + 1 / r**2) / 2
         else:
             d, gradient = np.abs(x[..., 2:]) - HEIGHT / 2, np.sign(x[..., 2:]) * np.array([0.0, 0.0, 1.0])
-        expected = -STRENGTH * np.maximum(d + REACH, 0) * gradient
+        expected = -STRENGTH * np.maximum(d + RANGE, 0) * gradient
         np.testing.assert_allclose(held.force, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
-def test_walls_add_to_the_forces_that_are_there_and_far_ones_are_silent(device):
+def test_walls_add_to_the_present_forces_and_distant_walls_add_nothing(device):
     sphere = surfaces.make("sphere", {"radius": 1.0})
     centre = Rods(np.zeros((1, 9, 3)), np.array([0.4]))
-    for outside in (False, True):  # at the centre ∇φ vanishes
+    for outside in (False, True):  # ∇φ vanishes at the centre
         held = Held(centre, device)
         held.force_array.fill_([1.0, 2.0, 3.0])
-        walls = Walls([held], sphere, STRENGTH, REACH, outside, device)
-        walls.add()
+        walls = Walls([held], sphere, STRENGTH, RANGE, outside, device)
+        walls.add_forces()
         np.testing.assert_array_equal(held.force, np.broadcast_to([1.0, 2.0, 3.0], (1, 9, 3)))
         assert not walls.energies()[0].any()
 
 
 def upright(nodes: int, device, **other) -> FreeRods:
-    """A straight rod that swims up z with f = 1 all along."""
+    """A straight rod that swims along z with f = 1."""
     R = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     given = {"bend": 0.1, "twist": 0.1, "flagella": {"profile": "uniform"}, "shape": {"kind": "straight"}}
     return FreeRods(1, nodes, **(given | other), rotation=R, device=device)
@@ -115,25 +117,25 @@ def upright(nodes: int, device, **other) -> FreeRods:
 
 @pytest.mark.parametrize("nodes", [17, 33, 65])
 def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device):
-    """Σ w_i k (depth − i Δs)₊ = ∫ f ds = 1; of many nodes the tip comes √(2/k) deep, less than the wall's range."""
+    """Σ w_i k (depth − i Δs)₊ = ∫ f ds = 1; for many nodes the tip is √(2/k) deep, less than the range of the wall."""
     rod, height = upright(nodes, device), 1.3
-    walls = Walls([rod], height, STRENGTH, REACH, device=device)
+    walls = Walls([rod], height, STRENGTH, RANGE, device=device)
     for _ in range(1000):
         rod.force_array.zero_()
-        walls.add()
+        walls.add_forces()
         rod.step(6e-4)
     h = 1 / (nodes - 1)
-    deep = rod.position[0, -1, 2] - (height / 2 - REACH)
+    deep = rod.position[0, -1, 2] - (height / 2 - RANGE)
     weights = np.full(nodes, h)
     weights[[0, -1]] /= 2
     assert STRENGTH * weights @ np.maximum(deep - h * np.arange(nodes), 0) == pytest.approx(1, rel=1e-9)
     assert deep == pytest.approx(np.sqrt(2 / STRENGTH), abs=h)
-    assert deep < REACH and rod.status[0] == 0
+    assert deep < RANGE and rod.status[0] == 0
     assert np.abs(rod.position[0, :, :2]).max() < 1e-9
 
 
-def test_walls_alone_push_as_hard_each_time_they_are_asked():
-    """Without sterics nothing else sets the force that walls add to."""
+def test_walls_without_steric_forces_give_the_same_force_each_time():
+    """Nothing else sets the force to which walls add."""
     cell = {"name": "cell", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-3, "shape": {"kind": "straight"},
             "placement": {"position": [[0, 0, 0.1]]}}  # fmt: skip
     simulation = Simulation(Scene(swimmers=[cell], box={"kind": "slab", "height": 0.2}, time={"end": 1.0}), "cpu")
@@ -146,7 +148,7 @@ def test_walls_alone_push_as_hard_each_time_they_are_asked():
 
 
 def test_swimmers_stay_in_a_sphere(device):
-    """Straight ones, bent ones and twisted ones swim against the wall for as long as it takes to cross it ten times."""
+    """Straight, bent and twisted swimmers push against the wall for the time of ten crossings of the sphere."""
     sphere = surfaces.make("sphere", {"radius": 1.0})
     shape = np.zeros((4, 33, 3))
     s = np.linspace(-0.5, 0.5, 33)
@@ -155,22 +157,22 @@ def test_swimmers_stay_in_a_sphere(device):
         4, 33, bend=[2e-2, 1e-3, 2e-2, 5e-3], twist=1e-3, moment=[0.0, 0.0, 5e-3, 5e-3],
         flagella={"profile": "uniform"}, shape=shape, device=device,
     )  # fmt: skip
-    walls = Walls([rods], sphere, STRENGTH, REACH, device=device)
-    farthest, felt = np.zeros(4), np.zeros(4)
+    walls = Walls([rods], sphere, STRENGTH, RANGE, device=device)
+    farthest, contacts = np.zeros(4), np.zeros(4)
     for _ in range(100):
         for _ in range(200):
             rods.force_array.zero_()
-            walls.add()
+            walls.add_forces()
             rods.step(5e-4)
         farthest = np.maximum(farthest, np.linalg.norm(rods.position, axis=-1).max(axis=1))
-        felt += walls.energies()[0] > 0
+        contacts += walls.energies()[0] > 0
     assert (rods.status == 0).all()
-    assert (felt > 50).all()
-    assert ((farthest > 1 - REACH) & (farthest < 1.0)).all()
+    assert (contacts > 50).all()
+    assert ((farthest > 1 - RANGE) & (farthest < 1.0)).all()
 
 
-class Surrounded:
-    """Three passive bent rods that lie across each other in a slab too low for them: all of their energy is lost."""
+class PassiveRods:
+    """Three passive bent rods that cross in a slab too low for them; their energy is dissipated."""
 
     def __init__(self, nodes: int, device):
         s = np.linspace(-0.5, 0.5, nodes)
@@ -184,43 +186,43 @@ class Surrounded:
         self.neighbours = Neighbours([self.rods], 2.0, 0.1, 0.15, device)
         self.walls = Walls([self.rods], 0.25, 20.0, 0.1, device=device)
 
-    def exert(self) -> None:
+    def apply_forces(self) -> None:
         self.neighbours.apply()
-        self.walls.add()
+        self.walls.add_forces()
 
     @property
     def energies(self) -> np.ndarray:
-        """Elastic, steric and the walls'; of the present forces."""
+        """Elastic, steric and wall energy under the present forces."""
         parts = (self.rods.energy, self.neighbours.energies()[0], self.walls.energies()[0])
         return np.array([part.sum() for part in parts])
 
     def run(self, end: float, steps: int) -> tuple[np.ndarray, float]:
-        """What the energies have lost, and what went into drag, by the trapezoid rule."""
-        self.exert()
+        """The decrease of the energies, and the dissipated energy by the trapezoid rule."""
+        self.apply_forces()
         before, drag = self.energies, [self.rods.dissipation.sum()]
         for _ in range(steps):
             self.rods.step(end / steps)
-            self.exert()
+            self.apply_forces()
             drag.append(self.rods.dissipation.sum())
         return before - self.energies, float(np.trapezoid(drag, dx=end / steps))
 
 
-def test_energy_goes_into_drag_to_second_order_in_the_spacing(device):
-    """Velocities of nodes are means of those beside, so that external power balances to the order of the grid."""
+def test_the_energy_lost_is_dissipated_to_second_order_in_the_spacing(device):
+    """Velocities of nodes are means over half nodes, so the external power balances to the order of the grid."""
     sizes, errors = np.array([16, 32, 64]), []
     for size in sizes:
-        lost, drag = Surrounded(int(size) + 1, device).run(0.01, 400)
+        lost, drag = PassiveRods(int(size) + 1, device).run(0.01, 400)
         assert (np.abs(lost) > 5e-3 * drag).all()
         errors.append(abs(lost.sum() - drag) / drag)
     assert slope(sizes, errors) == pytest.approx(2, abs=0.3)
     assert errors[-1] < 2e-3
 
 
-def test_energy_goes_into_drag_to_second_order_in_time(device):
-    """On one grid: what is left as Δt is halved again and again is the grid's, so that differences are compared."""
+def test_the_energy_lost_is_dissipated_to_second_order_in_time(device):
+    """On one grid; its error does not depend on Δt, so successive differences are compared."""
     steps, defects = np.array([50, 100, 200, 400]), []
     for count in steps:
-        lost, drag = Surrounded(17, device).run(0.04, int(count))
+        lost, drag = PassiveRods(17, device).run(0.04, int(count))
         defects.append(lost.sum() - drag)
     errors = np.abs(np.diff(defects))
     assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.3)

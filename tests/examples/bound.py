@@ -91,7 +91,7 @@ def start_frame(kind, rod):
 def trace(surface, turn, r, q, s):
     """Positions and tangents [..., 3] at arc lengths s (rising, 0 in the middle) of the curve of these Ω(s).
 
-    q' = Ω n×q − (q·∇n·q) n, (5.46) with its second sign as model §3 has it.
+    q' = Ω n×q − (q·∇n·q) n, (5.46) with the sign of docs/model.md §3.1.
     """
 
     def slope(at, y):

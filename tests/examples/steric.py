@@ -1,4 +1,4 @@
-"""Rods that stand still for tests of the steric sums, and how sums are compared with all pairs."""
+"""Rods at rest for tests of the steric sums, and the comparison of these sums with all pairs."""
 
 import numpy as np
 import warp as wp
@@ -11,7 +11,7 @@ STERIC = {"strength": 0.7, "range": 0.1, "core": 0.05}
 
 
 class Held:
-    """An ensemble that stays where it is put: what ``Neighbours`` asks for and nothing else."""
+    """Rods at given positions: the part of an ``Ensemble`` that ``Neighbours`` and ``Walls`` use."""
 
     def __init__(self, rods: Rods, device, drag=1.0):
         self.count, self.nodes = rods.position.shape[:2]
@@ -29,8 +29,8 @@ class Held:
         return self.force_array.numpy().copy()
 
 
-def walks(rng: np.random.Generator, count: int, nodes: int, lengths, spread) -> Rods:
-    """Random walks of nodes a spacing apart from starts in a box of these half widths; they cross themselves."""
+def random_walks(rng: np.random.Generator, count: int, nodes: int, lengths, spread) -> Rods:
+    """Random walks of nodes one spacing apart, from starts in a box with these half widths; they cross themselves."""
     length = np.broadcast_to(np.asarray(lengths, dtype=float), (count,))
     steps = rng.normal(size=(count, nodes, 3))
     steps *= (length / (nodes - 1))[:, None, None] / np.linalg.norm(steps, axis=-1, keepdims=True)
@@ -38,15 +38,17 @@ def walks(rng: np.random.Generator, count: int, nodes: int, lengths, spread) -> 
     return Rods(rng.uniform(-spread, spread, size=(count, 1, 3)) + np.cumsum(steps, axis=1), length)
 
 
-def crowd(spread=0.25, seed=1) -> list[Rods]:
-    """Two ensembles of other nodes, lengths and spacings, entangled; 2ε is 3.2 to 9.8 spacings."""
+def entangled(spread=0.25, seed=1) -> list[Rods]:
+    """Two entangled ensembles with different nodes, lengths and spacings; 2ε is 3.2 to 9.8 spacings."""
     rng = np.random.default_rng(seed)
     return [
-        walks(rng, 12, 17, np.linspace(0.3, 0.5, 12), spread), walks(rng, 7, 30, np.linspace(0.3, 0.6, 7), spread)
-    ]  # fmt: skip
+        random_walks(rng, 12, 17, np.linspace(0.3, 0.5, 12), spread),
+        random_walks(rng, 7, 30, np.linspace(0.3, 0.6, 7), spread),
+    ]
 
 
 def applied(ensembles: list[Rods], device, **steric) -> tuple[Neighbours, list[Held]]:
+    """The neighbour lists and the held ensembles after one evaluation of the forces."""
     held = [Held(e, device) for e in ensembles]
     neighbours = Neighbours(held, **(STERIC | steric), device=device)
     neighbours.apply()
@@ -63,6 +65,6 @@ def assert_agrees(neighbours: Neighbours, held: list[Held], pairs: Pairs, tolera
     energies, first = pairs.energies(), 0
     for e, found in zip(pairs.ensembles, neighbours.energies(), strict=True):
         size = e.position.shape[0] * e.position.shape[1]
-        mine = energies[first : first + size].reshape(e.position.shape[:2]).sum(axis=1)
-        np.testing.assert_allclose(found, mine, rtol=tolerance, atol=tolerance * energies.sum())
+        expected_energies = energies[first : first + size].reshape(e.position.shape[:2]).sum(axis=1)
+        np.testing.assert_allclose(found, expected_energies, rtol=tolerance, atol=tolerance * energies.sum())
         first += size

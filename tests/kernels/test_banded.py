@@ -1,4 +1,4 @@
-"""Batched banded solves against LAPACK: random, badly scaled, small, stiff, and broken systems."""
+"""Batched banded solves against LAPACK: random, badly scaled, small, stiff and singular systems."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def uploaded(values: np.ndarray, dtype, device) -> wp.array:
 
 
 def solve(coefficients: np.ndarray, right: np.ndarray, device, in_place: bool = False) -> np.ndarray:
-    """Solutions of the systems [band, rod, node] by the kernels; checks that the coefficients survive."""
+    """Solutions of the systems [band, rod, node] by the kernels; checks that the coefficients do not change."""
     bands, rods, nodes = coefficients.shape
     dtype = real if right.ndim == 2 else wp.vec2d
     kernel = banded.solve_tridiagonal if bands == 3 else banded.solve_pentadiagonal
@@ -45,13 +45,13 @@ def test_random_systems_agree_with_lapack(bands, rods, nodes, device):
 
 @pytest.mark.parametrize("bands", BANDS)
 @pytest.mark.parametrize("rods", [1, 20])
-def test_rows_scaled_by_eight_decades_either_way(bands, rods, device):
+def test_rows_scaled_by_up_to_eight_decades(bands, rods, device):
     rng = np.random.default_rng(bands)
     coefficients, right = dominant(rng, bands, rods, 65), rng.normal(size=(rods, 65))
     scale = 10 ** rng.uniform(-8, 8, size=(rods, 65))
     x = solve(coefficients * scale, right * scale, device)
     assert backward_error(coefficients * scale, x, right * scale) < 8 * EPSILON
-    # Pivoting sees the scales and elimination without it does not: the unscaled system is the fair reference.
+    # Scaling the rows changes the order of pivoting, but not elimination without it: compare with the unscaled system.
     np.testing.assert_allclose(x, lapack(coefficients, right), rtol=0, atol=1e-13 * abs(x).max())
 
 
@@ -69,7 +69,7 @@ def test_implicit_bending_operator(nodes, strength, device):
 
 
 @pytest.mark.parametrize("bands", BANDS)
-def test_pairs_are_two_solves_to_the_bit(bands, device):
+def test_pairs_have_the_bits_of_two_scalar_solves(bands, device):
     rng = np.random.default_rng(5)
     coefficients, right = dominant(rng, bands, 7, 65), rng.normal(size=(7, 65, 2))
     pairs = solve(coefficients, right, device)
@@ -101,19 +101,19 @@ def test_the_upper_diagonal_may_be_the_work_array(device):
 def test_coefficients_off_the_rod_are_ignored(bands, nodes, device):
     rng = np.random.default_rng(8)
     coefficients, right = dominant(rng, bands, 2, nodes), rng.normal(size=(2, nodes))
-    littered = np.where(off_the_rod(bands, nodes)[:, None, :], np.nan, coefficients)
-    np.testing.assert_array_equal(solve(littered, right, device), solve(coefficients, right, device))
+    padded = np.where(off_the_rod(bands, nodes)[:, None, :], np.nan, coefficients)
+    np.testing.assert_array_equal(solve(padded, right, device), solve(coefficients, right, device))
 
 
 @pytest.mark.parametrize("bands", BANDS)
-def test_a_zero_pivot_spoils_its_own_rod_alone(bands, device):
+def test_a_zero_pivot_affects_its_own_rod_only(bands, device):
     rng = np.random.default_rng(9)
     coefficients, right = dominant(rng, bands, 3, 33), rng.normal(size=(3, 33))
-    sound = solve(coefficients, right, device)
+    expected = solve(coefficients, right, device)
     coefficients[bands // 2, 1, 0] = 0.0
     x = solve(coefficients, right, device)
     assert not np.isfinite(x[1]).all()
-    np.testing.assert_array_equal(x[[0, 2]], sound[[0, 2]])
+    np.testing.assert_array_equal(x[[0, 2]], expected[[0, 2]])
 
 
 @pytest.mark.parametrize("bands", BANDS)

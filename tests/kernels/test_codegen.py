@@ -1,7 +1,7 @@
-"""CUDA code generation, checked without a GPU: every kernel compiles to PTX.
+"""CUDA code generation without a GPU: every kernel compiles to PTX.
 
-Modules of Warp functions alone are compiled inside the kernels that call them. A kernel made by a factory
-lives in a Warp module of its own: add a row to ``MADE`` that makes a typical one.
+Modules that contain Warp functions only are compiled with the kernels that call them. A kernel made by a factory has a
+Warp module of its own: add a row to ``MADE`` that makes a typical one.
 """
 
 import importlib
@@ -26,12 +26,12 @@ ARCHITECTURE = 80
 
 @wp.func
 def weight(x: wp.vec3d, tangent: wp.vec3d, t: wp.float64) -> wp.vec3d:
-    """A force density that shows its three arguments."""
+    """A force density that depends on all three arguments."""
     return -t * x + tangent
 
 
 MADE: dict[str, Callable[[], list[wp.Module | ModuleType]]] = {
-    # What to compile: its name for the report, and what returns the modules.
+    # Name for the report → function that returns the modules.
     "stencils": lambda: [test_stencils],
     "samplers of every surface": lambda: [
         kernel.module for row in SURFACES.values() for kernel in vars(surface.sampler(row.field)).values()
@@ -66,7 +66,7 @@ def compiled_keys(module: wp.Module | ModuleType, folder) -> set[str]:
 
 
 def check_every_kernel(module: wp.Module | ModuleType, folder) -> None:
-    # Warp leaves out a generic kernel without overloads, with no more than a warning: it would show here.
+    # Warp omits a generic kernel without overloads, and only warns of it: such a kernel would be missing here.
     assert compiled_keys(module, folder) == kernel_keys(module)
 
 

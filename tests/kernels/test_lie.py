@@ -1,7 +1,7 @@
-"""SO(3) and SE(3): identities of the group on drawn elements, angles near 0 and pi included.
+"""SO(3) and SE(3): identities of the groups for random elements, including angles near 0 and pi.
 
-References are SciPy's matrix functions and arithmetic with 50 digits or more. Tolerances are round-off:
-a few tens of 2.2e-16, times the size of what is compared.
+References are matrix functions of SciPy and arithmetic with 50 digits or more. Tolerances are round-off: a few tens of
+2.2e-16, relative to the values compared.
 """
 
 import math
@@ -24,7 +24,7 @@ component = st.floats(-1.0, 1.0).map(lambda x: 0.0 if abs(x) < 1e-30 else x)
 
 @st.composite
 def rotation_vectors(draw) -> np.ndarray:
-    """Any direction, axes included; any angle from 0 to pi, with both ends drawn often."""
+    """Rotation vectors of any direction, axes included, and any angle from 0 to pi; 0 and pi are drawn often."""
     direction = np.array([draw(component) for _ in range(3)])
     size = np.linalg.norm(direction)
     assume(size > 0.0)
@@ -48,7 +48,7 @@ def assert_same_rotation_vector(found: np.ndarray, expected: np.ndarray) -> None
     assert error <= ROUND_OFF * max(np.linalg.norm(expected), 1e-15)
 
 
-def test_coefficients_are_right_to_round_off_on_both_sides_of_the_threshold(device):
+def test_coefficients_are_exact_to_round_off_on_both_sides_of_the_threshold(device):
     near = 1.0 + np.array([-1e-15, 1e-15, -1e-6, 1e-6, -0.1, 0.1])
     sizes = np.concatenate([10.0 ** np.linspace(-12, 0, 40), near, np.linspace(1.0, 3.1, 30)])
     theta = np.outer(sizes, [1.0, 0.0, 0.0])
@@ -61,7 +61,7 @@ def test_coefficients_are_right_to_round_off_on_both_sides_of_the_threshold(devi
 
 @drawn
 @given(theta=batches)
-def test_exp_and_log_of_rotations_undo_each_other(device, theta):
+def test_log_inverts_exp_of_rotation_vectors(device, theta):
     R, _, _, log, _ = rotations(theta, device)
     for i, vector in enumerate(theta):
         np.testing.assert_allclose(R[i], reference.rotation_exp(vector), rtol=0, atol=2e-15)
@@ -70,7 +70,7 @@ def test_exp_and_log_of_rotations_undo_each_other(device, theta):
 
 @drawn
 @given(theta=batches)
-def test_log_and_exp_of_matrices_undo_each_other(device, theta):
+def test_exp_inverts_log_of_rotation_matrices(device, theta):
     R = np.array([reference.rotation_exp(vector) for vector in theta])
     log, again, quaternion, orthonormal = matrices(R, device)
     np.testing.assert_allclose(again, R, rtol=0, atol=4e-15)
@@ -85,7 +85,7 @@ def test_log_and_exp_of_matrices_undo_each_other(device, theta):
 
 
 @pytest.mark.parametrize("axis", [*np.eye(3), [1, 1, 0], [1, -1, 0], [0, 1, -1], [1, 2, 3], [-3, 1e-9, 1]])
-def test_a_half_turn_given_exactly_has_an_angle_of_pi(device, axis):
+def test_an_exact_half_turn_has_an_angle_of_pi(device, axis):
     axis = np.array(axis) / np.linalg.norm(axis)
     log, _, _, _ = matrices(np.array([2.0 * np.outer(axis, axis) - np.eye(3)]), device)
     assert np.linalg.norm(log[0]) == pytest.approx(math.pi, rel=1e-15)
@@ -125,7 +125,7 @@ def test_exp_log_composition_and_inverse_of_rigid_motions(device, x):
         assert abs(S[1] - expm(reference.twist_matrix(b, b1))).max() < 1e-13
         assert abs(S[2] - S[0] @ S[1]).max() < ROUND_OFF * 10
         assert abs(S[3] @ S[0] - np.eye(4)).max() < ROUND_OFF * 10
-        # At pi the log may choose the opposite axis: its exp is the same frame.
+        # At pi the log may return the opposite axis, whose exp is the same frame.
         again, place = reference.se3_exp(v[i, 4], v[i, 5])
         assert abs(again - R[i, 0]).max() < 1e-13 and abs(place - v[i, 0]).max() < 1e-12
         if np.linalg.norm(a) < math.pi - 1e-13:

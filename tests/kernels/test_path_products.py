@@ -1,4 +1,4 @@
-"""Path-ordered products along a rod and in time: exact for constant strain, second order for varying."""
+"""Path-ordered products along a rod and in time: exact for constant strain, second order for varying strain."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def march(
+def advance_repeatedly(
     omega: wp.array2d[wp.vec3d],
     u: wp.array2d[wp.vec3d],
     dt: wp.array[real],
@@ -43,7 +43,7 @@ def frames_of(strain, spacing, start, R0, r0, device) -> tuple[np.ndarray, np.nd
 
 
 def curve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation ``R(x) = exp(e2 a) exp(e0 b) exp(e1 c)`` and its exact body rate, in no way commuting."""
+    """Rotation ``R(x) = exp(e2 a) exp(e0 b) exp(e1 c)`` and its exact body rate; the rotations do not commute."""
     a, b, c = np.sin(3 * x), 2 * x**2, np.cos(2 * x)
     rates = np.stack([3 * np.cos(3 * x), 4 * x, -2 * np.sin(2 * x)], axis=-1)
     R = Rotation.from_euler("ZXY", np.stack([a, b, c], axis=-1)).as_matrix()
@@ -53,13 +53,13 @@ def curve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def slope(sizes: list[int], errors: list[float]) -> float:
-    """The order fitted to errors at steps of 1/size."""
+    """The fitted order of errors at steps of 1/size."""
     return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 @pytest.mark.parametrize("start", [0, 7, 16])
 def test_frames_equal_those_of_matrix_exponentials(device, start):
-    """Strains from none to radians a cell, so that series and trigonometry are both met."""
+    """Strains from zero to radians per cell, so that both the series and the closed forms are used."""
     rng = np.random.default_rng(start)
     strain = rng.normal(size=(4, 17, 3)) * np.array([0.0, 1.0, 10.0, 40.0])[:, None, None]
     spacing = np.array([0.1, 0.05, 0.07, 0.06])
@@ -70,7 +70,7 @@ def test_frames_equal_those_of_matrix_exponentials(device, start):
     R_twin, r_twin = reference.integrate_frames(strain, spacing, start, seed_R, seed_r)
     np.testing.assert_allclose(R[:3], R_twin[:3], rtol=0, atol=5e-15)
     np.testing.assert_allclose(r[:3], r_twin[:3], rtol=0, atol=5e-15)
-    # In the last rod, whose cells turn by radians, expm squares and loses two digits; the kernel does not.
+    # For the last rod, with rotations of radians per cell, expm loses two digits by repeated squaring.
     np.testing.assert_allclose(R[3], R_twin[3], rtol=0, atol=1e-12)
     np.testing.assert_allclose(r[3], r_twin[3], rtol=0, atol=1e-12)
     assert abs(np.swapaxes(R, 2, 3) @ R - np.eye(3)).max() < 5e-15
@@ -127,7 +127,7 @@ def test_a_frame_advanced_in_time_is_second_order(device, rule):
         R = wp.array(np.tile(exact_R[0], (1, size + 1, 1, 1)), dtype=wp.mat33d, device=device)
         r = wp.array(np.tile(exact_r[0], (1, size + 1, 1)), dtype=wp.vec3d, device=device)
         dt = wp.array([1.0 / size], dtype=real, device=device)
-        wp.launch(march, 1, [omega, u, dt, R, r], device=device)
+        wp.launch(advance_repeatedly, 1, [omega, u, dt, R, r], device=device)
         errors.append((abs(R.numpy()[0] - exact_R).max(), abs(r.numpy()[0] - exact_r).max()))
     assert slope(sizes, [e[0] for e in errors]) == pytest.approx(2.0, abs=0.2)
     assert slope(sizes, [e[1] for e in errors]) == pytest.approx(2.0, abs=0.2)

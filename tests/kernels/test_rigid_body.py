@@ -1,9 +1,9 @@
 """The rigid body (3.44), (3.45), a Cosserat medium of dimension zero, as a test of the group functions.
 
-The step is the implicit midpoint rule for the body momentum, ``p1 - p0 = dt ad*_A (p0 + p1)/2`` with A the
-velocity of the mean momentum. It keeps the energy, a quadratic form, exactly; and it is the coadjoint action
-of one group element, the Cayley transform of ``dt A``, by which the frame is advanced, so that the spatial
-momentum is kept exactly too. The motion itself is second order.
+The step is the implicit midpoint rule for the body momentum, ``p1 - p0 = dt ad*_A (p0 + p1)/2`` with A the velocity of
+the mean momentum. It conserves the energy, a quadratic form, exactly. It is also the coadjoint action of one group
+element, the Cayley transform of ``dt A``. The frame is advanced by the same element, so the spatial momentum is
+conserved exactly as well. The motion is second order in time.
 """
 
 import numpy as np
@@ -79,7 +79,7 @@ def motion(mass: np.ndarray, dt: float, steps: int, device: str) -> list[np.ndar
 
 
 def exact_motion(mass: np.ndarray, end: float) -> list[np.ndarray]:
-    """The same at one time, by SciPy, from (3.44), (3.45) and ``dS/dt = S A``."""
+    """The motion at one time from (3.44), (3.45) and ``dS/dt = S A``, by SciPy."""
 
     def rate(_, y):
         R, p, l = y[:9].reshape(3, 3), y[12:15], y[15:]
@@ -93,7 +93,7 @@ def exact_motion(mass: np.ndarray, end: float) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("kind", MASSES)
-def test_energy_and_spatial_momentum_are_kept_to_round_off(device, kind):
+def test_energy_and_spatial_momentum_are_conserved_to_round_off(device, kind):
     mass, steps = MASSES[kind], 2000
     R, r, moment, force = motion(mass, 0.05, steps, device)
     energy = 0.5 * np.sum(moment**2 / INERTIA + force**2 / mass, axis=-1)
@@ -101,7 +101,7 @@ def test_energy_and_spatial_momentum_are_kept_to_round_off(device, kind):
     angular = np.einsum("kij,kj->ki", R, moment) + np.cross(r, linear)
     np.testing.assert_allclose(energy, energy[0], rtol=1e-12)
     np.testing.assert_allclose(linear, np.broadcast_to(FORCE, linear.shape), rtol=0, atol=1e-12)
-    # The lever arm grows with the path (about 100), and its round-off with it.
+    # The lever arm grows with the path, to about 100, and round-off with it.
     np.testing.assert_allclose(angular, np.broadcast_to(MOMENT, angular.shape), rtol=0, atol=1e-10)
     assert np.ptp(moment, axis=0).min() > 0.2  # it tumbles
 

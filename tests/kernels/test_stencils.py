@@ -1,4 +1,4 @@
-"""Stencils along a rod: exact on quadratics, second order, and equal to a plain NumPy twin."""
+"""Stencils along a rod: exact for quadratics, second order, and equal to a NumPy twin."""
 
 from typing import Any
 
@@ -78,7 +78,7 @@ def on_device(f: np.ndarray, slopes: np.ndarray, h: float, dtype, device) -> dic
 
 
 def in_numpy(f: np.ndarray, slopes: np.ndarray, h: float) -> dict[str, np.ndarray]:
-    """The twin: the same formulas in their textbook form."""
+    """The same formulas in NumPy, in textbook form."""
     second = np.empty_like(f)
     second[:, 1:-1] = (f[:, 2:] - 2 * f[:, 1:-1] + f[:, :-2]) / h**2
     second[:, 0] = (2 * f[:, 0] - 5 * f[:, 1] + 4 * f[:, 2] - f[:, 3]) / h**2
@@ -115,7 +115,7 @@ def test_stencils_equal_their_numpy_twin(kind, device):
 
 
 @pytest.mark.parametrize("nodes", [4, 9, 33])
-def test_stencils_are_exact_on_quadratics(nodes, device):
+def test_stencils_are_exact_for_quadratics(nodes, device):
     h = 1 / (nodes - 1)
     s = np.linspace(0, 1, nodes)
     p = np.array([[2.0, -3.0, 0.7], [0.4, 5.0, -1.1]])  # [rod, power]: p0 + p1 s + p2 s²
@@ -141,7 +141,7 @@ def test_the_derivatives_of_a_constant_are_exactly_zero(device):
 
 
 def sine_errors(nodes: int, device) -> dict[str, float]:
-    """The largest error of each stencil on sin(3 s + 1), s from 0 to 1; ends apart from inner nodes."""
+    """The largest error of each stencil for sin(3 s + 1), s from 0 to 1, separately at ends and at inner nodes."""
     h, s = 1 / (nodes - 1), np.linspace(0, 1, nodes)
     f, slope, second = np.sin(3 * s + 1), 3 * np.cos(3 * s + 1), -9 * np.sin(3 * s + 1)
     middle = 3 * (s[:-1] + h / 2) + 1

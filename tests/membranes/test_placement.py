@@ -168,7 +168,7 @@ def test_no_redraw_is_counted_where_there_is_room():
 
 
 def test_a_crowd_that_does_not_fit_is_refused_with_how_many_do(monkeypatch):
-    monkeypatch.setattr(overlap, "ROUNDS", 3)
+    monkeypatch.setattr(overlap, "MOST_ROUNDS", 3)
     lines = Straight()
     with pytest.raises(SceneError) as caught:
         on_a_sphere(60, 1.2, np.empty((0, 3)), lines)

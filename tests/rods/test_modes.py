@@ -59,7 +59,7 @@ def test_first_mode_at_the_middle():
     assert abs(modes.beam_mode(0, 0.0) - 1.58815) < 5e-6
 
 
-def test_coefficients_return_what_went_in_for_a_batch():
+def test_coefficients_of_a_batch_are_the_amplitudes_it_was_made_of():
     s = np.linspace(-0.5, 0.5, 65)
     amplitudes = np.random.default_rng(1).normal(size=(2, 3, 6))
     curvature = amplitudes @ np.array([modes.beam_mode(k, s) for k in range(6)])
@@ -69,7 +69,7 @@ def test_coefficients_return_what_went_in_for_a_batch():
 
 
 def test_order_of_the_quadrature():
-    """∫cos(πs) φ₀ ds = 2π φ₀''(½)/(x⁴ − π⁴), by parts; fourth order, as φ₀ has double zeros at the ends."""
+    """∫cos(πs) φ₀ ds = 2π φ₀''(½)/(x⁴ − π⁴), by parts; fourth order, because φ₀ has double zeros at the ends."""
     x = modes.beam_root(0)
     exact_value = 2 * np.pi * modes.beam_mode_derivative(0, 0.5, 2) / (x**4 - np.pi**4)
     nodes = np.array([17, 33, 65, 129])

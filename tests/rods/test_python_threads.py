@@ -1,4 +1,4 @@
-"""Ensembles stepped from several Python threads: recorded, replayed and read at the same time, to the bits of one."""
+"""Ensembles recorded, stepped and read in several Python threads at the same time: the bits are those of one thread."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -33,7 +33,7 @@ def _run(rods) -> list[np.ndarray]:
 
 
 def test_threads_do_not_disturb_each_other():
-    """Many short lives, so that recording, allocating and replaying meet in every combination."""
+    """Many short runs, so that recording, allocating and replaying coincide in every combination."""
     jobs = [(run, number) for number in range(12) for run in (run_free, run_bound)]
     alone = [run(number) for run, number in jobs]
     with ThreadPoolExecutor(8) as pool:

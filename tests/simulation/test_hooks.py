@@ -1,4 +1,4 @@
-"""Functions attached to a simulation: called when due, without a change of the run's bits."""
+"""Functions attached to a simulation: called when due, without a change of the bits of the run."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def run(simulation: Simulation) -> Simulation:
     return simulation
 
 
-def test_hooks_are_called_when_they_come_due():
+def test_hooks_are_called_when_they_are_due():
     simulation = free()
     calls = {"steps": [], "time": [], "once a step": []}
     simulation.attach(every(steps=25), lambda s: calls["steps"].append(s.steps_taken))
@@ -53,7 +53,7 @@ def test_hooks_do_not_change_the_bits(make):
     np.testing.assert_array_equal(watched.ensembles["cell"].position, plain.ensembles["cell"].position)
 
 
-def test_where_contact_takes_steps_back_only_those_that_count_are_seen():
+def test_hooks_see_accepted_steps_only():
     simulation, times = crossed(), []
     simulation.attach(every(steps=1), lambda s: times.append(s.now))
     run(simulation)
@@ -63,7 +63,7 @@ def test_where_contact_takes_steps_back_only_those_that_count_are_seen():
 
 
 def test_a_hook_may_stop_the_run(tmp_path):
-    """At the frame after, which is saved; the run can be resumed to its end."""
+    """At the next frame, which is saved. The run can be resumed to its end."""
 
     def enough(simulation):
         if simulation.now > 0.05:
@@ -80,7 +80,7 @@ def test_a_hook_may_stop_the_run(tmp_path):
     assert resumed.data.attrs["messages"] == stopped.messages + resumed.messages
 
 
-def test_a_hook_is_not_called_again_for_what_came_before_a_restart():
+def test_a_hook_is_not_called_for_times_before_a_restart():
     simulation, times = free(), []
     for _ in simulation.to_next_frame():
         pass
@@ -107,7 +107,7 @@ def test_impossible_cadences_are_refused(given, said):
         every(**given)
 
 
-def test_filaments_have_hooks_too():
+def test_hooks_work_for_filaments():
     simulation, seen = Simulation(Scene.parse(small(time__end=0.1, time__step=0.01)), "cpu"), []
     simulation.attach(every(steps=1), lambda s: seen.append(s.now))
     run(simulation)

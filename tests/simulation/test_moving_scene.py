@@ -1,4 +1,4 @@
-"""Membranes that move, in scenes: formulas in t, a mesh that follows, what is refused (docs/moving_membranes.md)."""
+"""Moving membranes in scenes: formulas in t, a mesh that follows, refused scenes (docs/moving_membranes.md)."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
 
-def test_a_surface_is_asked_for_at_a_time():
+def test_a_moving_surface_at_a_given_time():
     surface = surfaces.make("torus", {"major": "1.0 + t**2", "minor": 0.4})
     assert surface.moving
     np.testing.assert_array_equal(surface.parameters_at(0.5)[:3], [1.25, 0.4, 0.0])
@@ -27,13 +27,13 @@ def test_a_mesh_follows_its_membrane():
     surface = surfaces.make("torus", {"major": 1.0, "minor": "0.4 + 0.2*sin(t)"})
     mesh = triangulate(surface, cells=24)
     for time in np.linspace(0.0, 1.0, 11):
-        mesh, lost = follow(mesh, surface.at(time))
-        assert lost == 0
+        mesh, failed = follow(mesh, surface.at(time))
+        assert failed == 0
     end = surface.at(1.0)
     assert np.abs(end.phi(mesh.points)).max() < 1e-12
     np.testing.assert_allclose(mesh.normals, end.normal(mesh.points), atol=1e-12)
-    _, lost = follow(mesh, surfaces.make("sphere", {"radius": 10.0}))
-    assert lost == len(mesh.points)
+    _, failed = follow(mesh, surfaces.make("sphere", {"radius": 10.0}))
+    assert failed == len(mesh.points)
 
 
 SCENE = """
@@ -58,14 +58,14 @@ def scene(radius: str = "1.0 - 2*t", end: str = "free") -> Scene:
     return Scene.parse(SCENE.format(radius=radius, end=end))
 
 
-def test_a_scene_keeps_its_texts_and_runs_without_doubts_to_a_mesh_that_moves(tmp_path):
+def test_a_scene_with_formulas_in_time_runs_without_warnings_and_its_mesh_moves(tmp_path):
     given = scene()
     assert Scene.parse(given.to_toml()) == given
     run = workflow.run(given, tmp_path / "run", device="cpu")
     data = run.data["arcs"].to_dataset()
     assert not run.lost and float(data.constraint.max()) < 1e-9
     np.testing.assert_allclose(np.linalg.norm(data.position[-1], axis=-1), 0.6, atol=1e-9)
-    assert (data.energy.diff("frame") > 0).all()  # what a run on a membrane at rest would be doubted for
+    assert (data.energy.diff("frame") > 0).all()  # on a membrane at rest this would be a warning
 
     from pxr import Usd, UsdGeom
 
@@ -79,7 +79,7 @@ def test_a_scene_keeps_its_texts_and_runs_without_doubts_to_a_mesh_that_moves(tm
         np.testing.assert_allclose(gauss, (1.0 - 2 * time) ** -2, rtol=1e-5)
 
 
-def test_energy_that_the_membrane_gives_is_no_doubt():
+def test_energy_from_a_moving_membrane_is_not_warned_of():
     simulation = Simulation(scene(), "cpu")
     simulation.variables()
     for _ in range(2):
@@ -113,7 +113,7 @@ def test_a_clamped_end_on_a_moving_membrane_is_refused():
         Simulation(scene(end="clamped"), "cpu")
 
 
-def test_defaults_and_line_breaks_are_fine_on_the_way():
+def test_defaults_and_line_breaks_are_allowed_in_moving_surfaces():
     assert surfaces.make("undulated", {"radius": " 1.0 + 0.1*t"}, end=1.0).moving
     values = {"phi": "\n  x**2 + y**2\n  + z**2 - R**2", "box": [[-2, 2]] * 3, "parameters": {"R": "1 + t"}}
     assert surfaces.make("expression", values, end=0.5).moving

@@ -1,4 +1,4 @@
-"""The scenes of this repository: each one runs, and the ensembles do what the model says of them."""
+"""The scenes of this repository: each one runs, and ensembles behave as expected (docs/model.md §7)."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def test_scene_runs(path, tmp_path):
 
 
 def closest_approach(position: np.ndarray) -> float:
-    """Least distance between different rods [rod, node, 3], looked at four times on each segment."""
+    """The smallest distance between different rods [rod, node, 3], evaluated at four points of each segment."""
     t = np.linspace(0, 1, 4, endpoint=False)[:, None]
     points = position[:, :-1, None] * (1 - t) + position[:, 1:, None] * t
     tree = cKDTree(points.reshape(-1, 3))
@@ -40,7 +40,7 @@ def closest_approach(position: np.ndarray) -> float:
 
 @pytest.mark.long
 def test_convex_sensors_find_the_bulbs(tmp_path):
-    """⟨𝒦⟩ 1.3 → 2, all at 𝒦 > 0, on the membrane and with their lengths throughout (model §3)."""
+    """⟨𝒦⟩ rises from 1.3 to 2, all end at 𝒦 > 0, and stay on the membrane with their lengths (docs/model.md §7)."""
     data = runner.simulate(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
     assert float(data.gauss[0].mean()) == pytest.approx(1.3, abs=0.2)
     assert float(data.gauss[-1].mean()) == pytest.approx(2.0, abs=0.1)
@@ -51,7 +51,9 @@ def test_convex_sensors_find_the_bulbs(tmp_path):
     assert float(data.arc_length.max()) < 1e-9
     total = (data.energy + data.steric_energy).sum("rod")
     assert (total.diff("frame") < 1e-6 * total[0]).all()
-    assert min(closest_approach(frame) for frame in data.position.to_numpy()) > 0.3 * 0.03  # of the core: none crosses
+    assert (
+        min(closest_approach(frame) for frame in data.position.to_numpy()) > 0.3 * 0.03
+    )  # in units of the core: no rods cross
 
 
 @pytest.mark.long
@@ -60,14 +62,14 @@ def test_concave_sensors_find_the_neck(tmp_path):
     assert (data["sensors"]["gauss"][-1] < 0).all()
 
 
-def test_twist_picks_the_hand_of_a_helix(tmp_path):
+def test_twist_selects_the_hand_of_a_helix(tmp_path):
     data = runner.simulate(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
     right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
     assert (right > 0.1).all() and (left < -0.1).all()
 
 
 @pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
-def test_only_without_sterics_a_soft_cell_passes_through_itself(name, passes, tmp_path):
+def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, passes, tmp_path):
     data = runner.simulate(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
     assert bool(crossings(data).crossings.sum() > 0) == passes
     assert (data.steric_energy.max() > 5e-4) != passes
@@ -76,6 +78,6 @@ def test_only_without_sterics_a_soft_cell_passes_through_itself(name, passes, tm
 def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
     data = runner.simulate(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
     radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)
-    assert radius.max() < 1.5  # the wall pushes from 0.05 before it; a swimmer cannot press as hard as it does there
+    assert radius.max() < 1.5  # the range of the wall is 0.05, where its force exceeds that of a swimmer
     assert np.median(radius[-1]) > 1.3
     assert (data["wall_energy"][-1] > 0).sum() > 40

@@ -1,4 +1,4 @@
-"""From a scene to a trajectory: determinism, restart, frames, interaction, what is refused."""
+"""From a scene to a trajectory: determinism, restart, frames, interaction, refused scenes."""
 
 import numpy as np
 import pytest
@@ -48,13 +48,13 @@ def test_frames_end_where_the_scene_ends():
     assert Frames.plan(end=1.0, every=0.1, step=0.1).steps.tolist() == [0] + [1] * 10
 
 
-def test_same_scene_same_bits(device):
+def test_the_same_scene_gives_the_same_bits(device):
     first, second = (finish(Simulation(scene(), device)) for _ in range(2))
     for a, b in zip(positions(first), positions(second), strict=True):
         assert a.tobytes() == b.tobytes()
 
 
-def test_another_seed_is_another_start():
+def test_another_seed_gives_another_start():
     a, b = Simulation(scene()), Simulation(scene(seed=4))
     assert np.abs(positions(a)[0] - positions(b)[0]).max() > 0.1
 
@@ -66,7 +66,7 @@ def test_warming_up_changes_nothing():
         assert a.tobytes() == b.tobytes()
 
 
-def test_groups_push_each_other_and_lose_energy():
+def test_ensembles_interact_and_lose_energy():
     simulation = Simulation(scene(steric={"strength": 1e-2, "range": 0.3, "core": 0.1}))
     assert all((v["steric_energy"] > 0).all() for v in simulation.variables().values())
     totals = []
@@ -78,7 +78,7 @@ def test_groups_push_each_other_and_lose_energy():
     assert (np.diff(totals) < 0).all()
 
 
-def test_a_run_leaves_a_folder_that_reads(tmp_path):
+def test_the_folder_of_a_run_can_be_read(tmp_path):
     run = workflow.run(scene(), tmp_path / "run", device="cpu")
     assert {p.name for p in run.folder.iterdir()} == {
         "scene.toml", "trajectory.zarr", "checkpoint.npz", "animation.usdc", ".lock"
@@ -97,7 +97,7 @@ def test_a_run_leaves_a_folder_that_reads(tmp_path):
     assert data.attrs["scene_hash"] == scene().hash()
 
 
-def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path, monkeypatch):
+def test_an_interrupted_run_resumes_with_the_same_bits(tmp_path, monkeypatch):
     whole = runner.simulate(scene(), tmp_path / "whole", device="cpu").data
     monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
     stopped = tmp_path / "stopped"
@@ -137,7 +137,7 @@ def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
 
 @pytest.mark.parametrize("time", [{"step": 4e-3, "save_every": 0.1}, {"save_every": 0.1}, {}], ids=str)
 def test_a_finished_run_can_be_made_longer(time, tmp_path):
-    """Whether its step divides its frames or was chosen: with the bits of a run that was long from the start."""
+    """With a given or a chosen step: the bits are those of a run that was as long from the start."""
 
     def run(end, folder, **kind):
         return runner.simulate(
@@ -154,30 +154,30 @@ def test_a_finished_run_can_be_made_longer(time, tmp_path):
         np.testing.assert_array_equal(longer["cells"][name], whole[name])
 
 
-def test_nothing_is_written_for_a_scene_that_cannot_be_laid_out(tmp_path):
+def test_nothing_is_written_for_an_impossible_scene(tmp_path):
     long = {**SCENE["filaments"][0], "length": 20.0}
     with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):
         runner.simulate(scene(filaments=[long]), tmp_path / "none", device="cpu")
-    crowd = {**SCENE["filaments"][0], "count": 40}
+    dense = {**SCENE["filaments"][0], "count": 40}
     with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40.*fit 0.5 apart"):
-        runner.simulate(scene(filaments=[crowd], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
+        runner.simulate(scene(filaments=[dense], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
-def test_a_step_beyond_its_bound_is_warned_of():
+def test_a_step_above_its_bound_is_warned_of():
     (line,) = Simulation(
         scene(filaments=SCENE["filaments"][:1], steric=None, time={"end": 1, "step": 0.9, "save_every": 1})
     ).warnings
     assert "time.step = 0.9" in line and "convex" in line and "e'' =" in line
 
 
-def test_a_step_left_out_is_chosen_below_every_bound():
+def test_a_step_that_is_not_given_is_chosen_below_every_bound():
     simulation = Simulation(scene(time={"end": 1.0}))
     assert 1e-4 < simulation.step_size < 0.01
     assert not [line for line in simulation.warnings if "step" in line]
 
 
-def test_lost_rods_are_named_and_a_run_without_rods_stops(tmp_path):
+def test_frozen_rods_are_named_and_a_run_stops_when_all_are_frozen(tmp_path):
     simulation = Simulation(scene())
     convex, saddle = simulation.ensembles.values()
     convex._f.intrinsic.fill_(float("nan"))
@@ -214,8 +214,8 @@ CELL = {"name": "cells", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
 STERIC = {"strength": 1e-3, "range": 0.03, "core": 0.05}
 
 
-def test_swimmers_and_filaments_push_each_other(tmp_path):
-    """Swimmers at three near points on a line push each other apart, and an ensemble of filaments beside them."""
+def test_swimmers_and_filaments_interact(tmp_path):
+    """Three close swimmers side by side repel each other, and a filament beside them."""
     placed = {"placement": {"position": [[0, 0, 0], [0, 0.04, 0], [0, 0.08, 0]]}, "shape": {"kind": "straight"}}
     plane = {"kind": "plane"}
     filament = {**SCENE["filaments"][0], "count": 1, "intrinsic": [0, 0, 0]}
@@ -244,13 +244,13 @@ def test_swimmers_and_filaments_push_each_other(tmp_path):
         ),
     ],
 )
-def test_what_does_not_go_together_is_said_before_anything_is_written(tmp_path, tables, said):
+def test_incompatible_settings_are_reported_before_anything_is_written(tmp_path, tables, said):
     with pytest.raises(SceneError, match=said):
         runner.simulate(Scene.parse({**tables, "time": {"end": 0.1, "step": 1e-3}}), tmp_path / "none", device="cpu")
     assert not (tmp_path / "none").exists()
 
 
-def test_a_filament_that_is_remeshed_at_once_runs(tmp_path):
+def test_a_filament_that_is_refined_in_the_first_step_runs(tmp_path):
     growing = {**SCENE["filaments"][0], "growth": {"rate": 1.0, "until": 1.0, "spacing": 0.5 / 16 + 1e-6}}
     tables = {"surface": SCENE["surface"], "filaments": [growing], "time": {"end": 0.01, "step": 5e-4}}
     assert runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu").data["convex"].sizes["node"] == 17

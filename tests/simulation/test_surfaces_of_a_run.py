@@ -1,4 +1,4 @@
-"""The membrane and the container of a run: read without being built, built once, inspected once, kept, or refused."""
+"""The membrane and the container of a run: built and inspected once, kept in memory, or refused."""
 
 import gc
 from collections import Counter
@@ -38,7 +38,7 @@ def scene(surface, container=None, **cells) -> Scene:
 
 @pytest.fixture
 def counts(monkeypatch) -> Counter:
-    """How often surfaces are built, and inspected, by kind."""
+    """Numbers of times that surfaces are built and inspected, by kind."""
     found, build, inspect = Counter(), Surface.__init__, surfaces.inspect
 
     def counted_build(self, kind, values, row):
@@ -54,7 +54,7 @@ def counts(monkeypatch) -> Counter:
     return found
 
 
-def test_each_is_built_and_inspected_once(counts, ball):
+def test_each_surface_is_built_and_inspected_once(counts, ball):
     given = scene(FORMULA, {"kind": "grid", "file": ball, "spacing": 0.1})
     Scene.parse(given.to_toml())
     assert not counts
@@ -65,13 +65,13 @@ def test_each_is_built_and_inspected_once(counts, ball):
     assert counts == {(done, kind): 1 for done in ("built", "inspected") for kind in ("expression", "grid")}
 
 
-def test_one_that_moves_is_built_once_and_inspected_on_its_way(counts):
+def test_a_moving_surface_is_built_once_and_inspected_at_several_times(counts):
     Simulation(scene({**FORMULA, "parameters": {"R": "1.0 + t"}}), "cpu").warm_up()
     assert counts == {("built", "expression"): 1, ("inspected", "expression"): 3}
 
 
-def test_a_container_from_a_file_holds_what_its_walls_say(ball):
-    """The grid of the container stays in memory as long as the walls read it: W = ½ k (d + δ)² as in NumPy."""
+def test_the_wall_energy_of_a_container_from_a_file(ball):
+    """W = ½ k (d + δ)² as in NumPy; the grid of the container stays in memory as long as the walls use it."""
     container = {"kind": "grid", "file": ball, "spacing": 0.1}
     near = {"placement": {"position": [[0, 0, z] for z in (0.9, 1.0, 1.05, 1.1, 1.15, 1.2)]}}
     simulation = Simulation(scene({"kind": "sphere", "radius": 0.2}, container, **near), "cpu")
@@ -117,9 +117,7 @@ NOWHERE = {**FORMULA, "phi": "x**2 + y**2 + z**2 + R"}
         ),
     ],
 )
-def test_one_that_cannot_be_built_is_refused_before_anything_is_written(
-    surface, container, said, tmp_path, monkeypatch
-):
+def test_an_impossible_surface_is_refused_before_anything_is_written(surface, container, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sphere = trimesh.creation.icosphere(subdivisions=2)
     trimesh.Trimesh(sphere.vertices, sphere.faces[1:]).export("open.ply")

@@ -1,4 +1,4 @@
-"""The store of a run: what is written is read, and a run that dies is read up to its last whole frame."""
+"""The store of a run: round trip, and runs that were killed, which can be read up to their last complete frame."""
 
 import os
 import signal
@@ -32,7 +32,7 @@ ATTRIBUTES = {"title": "two ensembles", "scene": "[time]\nend = 1.0\n", "seed": 
 
 
 def frame(number: int) -> dict[str, dict[str, np.ndarray]]:
-    """Values that tell frame and variable apart, and survive float32 and int32."""
+    """Values that identify frame and variable, and are exact in float32 and int32."""
     return {
         group: {
             name: np.arange(np.prod(spec.shape(variable))).reshape(spec.shape(variable)) + 1000.0 * number + k
@@ -49,8 +49,8 @@ def write(path, numbers) -> TrajectoryWriter:
     return writer
 
 
-def holds(run: xr.DataTree, count: int) -> None:
-    """Every variable of every group has ``count`` frames, each as ``frame`` made it."""
+def check_frames(run: xr.DataTree, count: int) -> None:
+    """Every variable of every group has ``count`` frames, with the values of ``frame``."""
     for group, spec in GROUPS.items():
         np.testing.assert_array_equal(run[group].time, 0.1 * np.arange(count))
         for name in spec.variables:
@@ -60,9 +60,9 @@ def holds(run: xr.DataTree, count: int) -> None:
 
 
 def test_round_trip_with_names_units_and_types(tmp_path):
-    write(tmp_path, range(70)).close()  # beyond one block of growth
+    write(tmp_path, range(70)).close()  # more than the frames by which arrays grow at once
     run = open_run(tmp_path)
-    holds(run, 70)
+    check_frames(run, 70)
     assert run.attrs["title"] == "two ensembles"
     assert run.attrs["scene"] == ATTRIBUTES["scene"]
     assert run.attrs["warp_rods_version"]
@@ -83,7 +83,7 @@ def test_round_trip_with_names_units_and_types(tmp_path):
 
 
 def test_components_have_names(tmp_path):
-    """One name each: axes of space, strains by kind of rod, quaternions with the real part last."""
+    """Axes of space, strains by kind of rod, quaternions with the real part last."""
     write(tmp_path, range(2)).close()
     run = open_run(tmp_path)
     assert {tuple(run[group].axis.to_numpy()) for group in GROUPS} == {("x", "y", "z")}
@@ -94,7 +94,7 @@ def test_components_have_names(tmp_path):
 
 
 def as_written_before(path) -> None:
-    """Makes a store one of earlier versions: strains on ``axis``, and no names."""
+    """Turn a store into one of an earlier version: strains with the dimension ``axis``, and no labels."""
     root = zarr.open_group(path / STORE)
     for name, group in root.groups():
         for dim in ("axis", "strain_component", "quaternion"):
@@ -103,27 +103,27 @@ def as_written_before(path) -> None:
         metadata.write_text(metadata.read_text().replace('"strain_component"', '"axis"'))
 
 
-def test_a_trajectory_of_an_earlier_version_opens_as_one_of_today(tmp_path):
-    """Lazily, with the same dims and names; and a run of then goes on."""
+def test_a_trajectory_of_an_earlier_version_opens_with_present_names(tmp_path):
+    """Lazily, with the same dimensions and labels; and an earlier run can be resumed."""
     write(tmp_path / "now", range(5)).close()
-    write(tmp_path / "then", range(4))
-    as_written_before(tmp_path / "then")
-    writer = TrajectoryWriter.resume(tmp_path / "then" / STORE)
+    write(tmp_path / "earlier", range(4))
+    as_written_before(tmp_path / "earlier")
+    writer = TrajectoryWriter.resume(tmp_path / "earlier" / STORE)
     writer.append(0.1 * 4, frame(4))
     writer.close()
-    now, then = open_run(tmp_path / "now"), open_run(tmp_path / "then")
-    assert not then["cell"].strain.variable._in_memory
+    now, earlier = open_run(tmp_path / "now"), open_run(tmp_path / "earlier")
+    assert not earlier["cell"].strain.variable._in_memory
     for group in GROUPS:
-        xr.testing.assert_identical(then[group].to_dataset(), now[group].to_dataset())
+        xr.testing.assert_identical(earlier[group].to_dataset(), now[group].to_dataset())
 
 
-def test_a_group_knows_its_scene(tmp_path):
+def test_each_group_has_the_scene_as_an_attribute(tmp_path):
     write(tmp_path, range(1)).close()
     assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
 
 
-def test_xarray_opens_the_store_the_same(tmp_path):
-    """But for the scene, which is an attribute of the root alone."""
+def test_xarray_opens_the_store_with_the_same_contents(tmp_path):
+    """Except for the scene, which is an attribute of the root only."""
     write(tmp_path, range(5)).close()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -148,40 +148,40 @@ def test_reads_lazily_and_by_parts(tmp_path):
         np.testing.assert_array_equal(position[part], everything[part])
 
 
-def test_a_run_that_goes_on_can_be_read(tmp_path):
+def test_a_run_in_progress_can_be_read(tmp_path):
     writer = write(tmp_path, range(3))
-    holds(open_run(tmp_path), 3)
+    check_frames(open_run(tmp_path), 3)
     writer.append(0.1 * 3, frame(3))
-    holds(open_run(tmp_path), 4)
+    check_frames(open_run(tmp_path), 4)
 
 
 @pytest.mark.parametrize("kept", [0, 3, 5])
-def test_resume_cuts_and_goes_on(tmp_path, kept):
+def test_resume_removes_later_frames_and_continues(tmp_path, kept):
     write(tmp_path, range(5))
     writer = TrajectoryWriter.resume(tmp_path / STORE, kept)
     assert writer.frames == kept
-    holds(open_run(tmp_path), kept)
+    check_frames(open_run(tmp_path), kept)
     for number in range(kept, 8):
         writer.append(0.1 * number, frame(number))
     writer.close()
-    holds(open_run(tmp_path), 8)
+    check_frames(open_run(tmp_path), 8)
 
 
 @pytest.mark.parametrize("stopped_at", ["position", "energy", "time"])
-def test_a_torn_frame_is_not_shown_and_is_overwritten(tmp_path, stopped_at):
+def test_an_incomplete_frame_is_ignored_and_overwritten(tmp_path, stopped_at):
     """A store whose frame 2 was only partly written, arrays of different lengths included."""
     write(tmp_path, range(2))
-    torn = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
-    torn.resize((200, *torn.shape[1:]))
-    torn[2] = 99
-    holds(open_run(tmp_path), 2)
+    incomplete = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
+    incomplete.resize((200, *incomplete.shape[1:]))
+    incomplete[2] = 99
+    check_frames(open_run(tmp_path), 2)
     writer = TrajectoryWriter.resume(tmp_path / STORE)
     writer.append(0.1 * 2, frame(2))
-    holds(open_run(tmp_path), 3)
+    check_frames(open_run(tmp_path), 3)
 
 
 def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
-    """kill -9 while it writes without a pause, at several moments."""
+    """Killed with SIGKILL at several times while it writes without a pause."""
     code = (
         "import itertools, sys; sys.path.insert(0, sys.argv[1])\n"
         "from pathlib import Path; from test_trajectory import frame, write\n"
@@ -198,15 +198,15 @@ def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
             os.kill(child.pid, signal.SIGKILL)
         complete = open_run(folder)["cell"].sizes["frame"]
         assert complete >= 1
-        holds(open_run(folder), complete)
+        check_frames(open_run(folder), complete)
         writer = TrajectoryWriter.resume(folder / STORE)
         assert writer.frames == complete
         writer.append(0.1 * complete, frame(complete))
         writer.close()
-        holds(open_run(folder), complete + 1)
+        check_frames(open_run(folder), complete + 1)
 
 
-def test_wrong_frames_are_refused_before_anything_is_written(tmp_path):
+def test_frames_that_do_not_fit_are_refused_before_anything_is_written(tmp_path):
     writer = write(tmp_path, range(1))
     short = frame(1)
     short["cell"]["energy"] = np.zeros(3)
@@ -218,7 +218,7 @@ def test_wrong_frames_are_refused_before_anything_is_written(tmp_path):
         writer.append(0.1, missing)
     with pytest.raises(ValueError, match="groups"):
         writer.append(0.1, {"sensors": frame(1)["sensors"]})
-    holds(open_run(tmp_path), 1)
+    check_frames(open_run(tmp_path), 1)
 
 
 def test_folders_without_a_run(tmp_path):
@@ -239,6 +239,6 @@ def test_a_store_is_never_overwritten(tmp_path):
     write(tmp_path, range(2)).close()
     with pytest.raises(RunFolderError, match="exists already"):
         write(tmp_path, range(1))
-    holds(open_run(tmp_path), 2)
+    check_frames(open_run(tmp_path), 2)
     with pytest.raises(RunFolderError, match="has 2 complete frames, 3 are needed"):
         TrajectoryWriter.resume(tmp_path / STORE, 3)

@@ -1,9 +1,9 @@
-"""Contact: what rods feel of each other and of their box.
+"""Contact: forces between rods, and of the walls of their box.
 
-neighbours                           pair forces over lists of neighbours
+neighbours                           pair forces from neighbour lists
 walls                                soft walls of a box
 surroundings                         both, for the ensembles of a scene
-steps                                the steps that contact allows
-arrangements, overlap                places for rods without overlap
-barrier                              whether steric forces keep rods apart
+steps                                time steps under contact
+arrangements, overlap                placement of rods without overlap
+barrier                              warnings if steric forces are too weak to keep rods apart
 """

@@ -1,10 +1,10 @@
-"""Steric forces between the rods of all ensembles of a scene, over one grid of neighbours."""
+"""Steric forces between the rods of all ensembles of a scene, from neighbour lists on one hash grid."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -13,47 +13,34 @@ from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
 from warp_rods.kernels.contact import neighbour_list, steric
 from warp_rods.kernels.layout import per_node, to_host
-from warp_rods.rods.recorded import Recorded, SideBySide, slices
+from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.recorded import Recorded, RecordedInThreads
+from warp_rods.rods.slices import thread_slices
 
 CELLS = 64
-"""Cells of the grid along an axis without a period; space wraps round it, so its extent does not matter."""
+"""Cells of the grid along an axis without a period. The grid wraps around, so it covers scenes of any extent."""
 MOST_CELLS = 2**21
-"""Cells of the grid at most: 16 MB."""
+"""Largest number of cells of the grid: 16 MB."""
 PLACES = 32
-"""Places for neighbours that lists begin with."""
-SPARE = 1.25
-"""Places made when lists turn out too short, over those needed."""
-
-
-class Crowd(Protocol):
-    """What an ensemble must show to be pushed: device arrays [rod, node], and [rod]."""
-
-    count: int
-    nodes: int
-
-    @property
-    def position_array(self) -> wp.array: ...
-    @property
-    def force_array(self) -> wp.array: ...
-    @property
-    def spacing_array(self) -> wp.array: ...
-    @property
-    def transverse_drag(self) -> np.ndarray: ...
+"""Initial length of the lists."""
+MARGIN = 1.25
+"""Lists that turn out too short become longer than needed by this factor."""
 
 
 class Neighbours:
-    """Repulsion of strength g0, range a and core ε between the nodes of ``ensembles`` (5.39), regularised.
+    """Regularised repulsion of strength g0, range a and core ε between the nodes of ``ensembles`` (5.39).
 
-    ``apply`` writes the force per length of the present positions into each ensemble's force. It works from lists of
-    neighbours within reach and a ``skin`` (default ε), made anew once a node has moved by half of it. period [3] of
-    the box along each axis, 0 where there is none: of a pair the nearest images count.
+    ``apply`` writes the force per length at the present positions to the force of each ensemble. It uses lists of the
+    neighbours within the cut-off and a ``skin`` (default ε), and rebuilds them when a node has moved by half the skin.
+    period [3]: of the box along each axis, 0 for an axis without one; the nearest image of each pair counts.
 
-    A loop that looks after that itself, as ``contact.Contact`` does, calls ``push`` and asks ``moved`` now and then.
+    A loop that rebuilds the lists itself, as ``contact.steps.Contact`` does, calls ``find_forces``, ``largest_moves``
+    and ``rebuild_lists`` instead.
     """
 
     def __init__(
         self,
-        ensembles: Sequence[Crowd],
+        ensembles: Sequence[Ensemble],
         strength: float,
         range: float,
         core: float,
@@ -65,7 +52,7 @@ class Neighbours:
         self.strength, self.range, self.core = strength, range, core
         self.skin = core if skin is None else skin
         self._ensembles, self._device = list(ensembles), device_of(device)
-        # Asked for here and not under capture: an ensemble may have to make room for forces, and then lay out frames.
+        # Read before any recording: an ensemble may have to allocate its forces first, and then compute its frames.
         forces = [e.force_array for e in self._ensembles]
         self._arrays = [(e.position_array, e.spacing_array, f) for e, f in zip(self._ensembles, forces, strict=True)]
         self._yukawa = _yukawa(strength, range, core)
@@ -76,165 +63,168 @@ class Neighbours:
         self._listed = False
 
     @property
-    def stale(self) -> bool:
-        """Whether an ensemble has other arrays than when this was built: then build it anew."""
-        kept = (position for position, _, _ in self._arrays)
-        return any(e.position_array is not position for e, position in zip(self._ensembles, kept, strict=True))
+    def outdated(self) -> bool:
+        """Whether an ensemble has replaced its arrays since this object was made: then make a new one."""
+        known = (position for position, _, _ in self._arrays)
+        return any(e.position_array is not position for e, position in zip(self._ensembles, known, strict=True))
 
     @property
-    def reach(self) -> float:
-        """Pairs farther apart do not push each other."""
-        return steric.REACH * self.range
+    def cutoff(self) -> float:
+        """Pairs farther apart do not interact."""
+        return steric.CUTOFF * self.range
 
     @property
     def threads(self) -> int:
-        """How many share ``push``."""
-        return self._gather.threads
+        """The number of threads that share ``find_forces``."""
+        return self._sum_pairs.threads
 
     @property
-    def points(self) -> int:
-        """Nodes of all ensembles."""
+    def count(self) -> int:
+        """The number of nodes of all ensembles."""
         return self._first[-1]
 
     def _allocate(self, period: np.ndarray) -> None:
-        points, device = self.points, self._device
-        cloud = neighbour_list.Cloud()
-        for name in ("position", "reference", "cell"):
-            setattr(cloud, name, wp.zeros(points, dtype=wp.vec3d, device=device))
-        for name in ("weight", "arc", "apart"):
-            setattr(cloud, name, wp.zeros(points, dtype=wp.float64, device=device))
-        cloud.moved = wp.zeros(2, dtype=wp.float64, device=device)
+        count, device = self.count, self._device
+        points = neighbour_list.Points()
+        for name in ("position", "listed_position", "cell"):
+            setattr(points, name, wp.zeros(count, dtype=wp.vec3d, device=device))
+        for name in ("weight", "arc_length", "excluded"):
+            setattr(points, name, wp.zeros(count, dtype=wp.float64, device=device))
+        points.largest_moves = wp.zeros(2, dtype=wp.float64, device=device)
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
-        owner = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
-        cloud.rod = wp.array(owner.astype(np.int32), device=device)
+        rod = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
+        points.rod = wp.array(rod.astype(np.int32), device=device)
         drag = np.concatenate([np.repeat(e.transverse_drag, e.nodes) for e in self._ensembles])
-        cloud.drag = wp.array(drag, dtype=wp.float64, device=device)
-        # On an axis with a period the cells divide it, none narrower than what a list reaches over.
-        width = self.reach + self.skin
-        cells = np.where(period > 0, np.clip(period // width, 1, MOST_CELLS), CELLS).astype(int)
-        while cells.prod() > MOST_CELLS:  # wider ones do as well, and a wide box of few rods needs no more
-            cells[np.argmax(cells)] //= 2
-        cloud.period = wp.vec3d(*period)
-        cloud.cells_per_length = wp.vec3d(*np.where(period > 0, cells / np.where(period > 0, period, 1), 1 / width))
-        self._cloud = cloud
+        points.drag = wp.array(drag, dtype=wp.float64, device=device)
+        cells, cells_per_length = _grid(period, self.cutoff + self.skin)
+        points.period, points.cells_per_length = wp.vec3d(*period), wp.vec3d(*cells_per_length)
+        self._points = points
         x, y, z = cells.tolist()
         self._grid = wp.HashGrid(x, y, z, device=device, dtype=wp.float64)
-        self._grid.reserve(points)
-        self._pairs = steric.Pairs()
-        self._pairs.force = wp.zeros(points, dtype=wp.vec3d, device=device)
-        self._pairs.energy = wp.zeros(points, dtype=wp.float64, device=device)
-        self._stiff = wp.zeros(points, dtype=wp.float64, device=device)
-        self._make_room(PLACES)
+        self._grid.reserve(count)
+        self._sums = steric.PairSums()
+        self._sums.force = wp.zeros(count, dtype=wp.vec3d, device=device)
+        self._sums.energy = wp.zeros(count, dtype=wp.float64, device=device)
+        self._rates = wp.zeros(count, dtype=wp.float64, device=device)
+        self._allocate_lists(PLACES)
 
-    def _make_room(self, places: int) -> None:
+    def _allocate_lists(self, places: int) -> None:
         self._lists = neighbour_list.Lists()
-        self._lists.near = per_node(self.points, places, wp.int32, self._device)
-        self._lists.count = wp.zeros(self.points, dtype=wp.int32, device=self._device)
+        self._lists.neighbour = per_node(self.count, places, wp.int32, self._device)
+        self._lists.count = wp.zeros(self.count, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
         self.version = object()
-        """Another one when what ``push`` launches has changed."""
-        self._look = Recorded(self._launch_pack, self._device)
-        points = slices(self.points, 1, self._device)
-        self._gather = SideBySide([partial(self._launch_gather, p) for p in points], self._device)
-        self._unpack = Recorded(self._launch_unpack, self._device)
+        """An object that is replaced when the launches of ``find_forces`` change."""
+        self._collect = Recorded(self._launch_collect, self._device)
+        slices = thread_slices(self.count, 1, self._device)
+        self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
+        self._distribute = Recorded(self._launch_distribute, self._device)
 
     def apply(self) -> None:
-        """Write the forces of the present positions, by lists that hold."""
-        if not self._listed or self.moved()[1] > self.skin / 2:
-            self.renew()
-        self.push()
+        """Write the forces at the present positions; rebuild the lists first if they are no longer valid."""
+        if not self._listed or self.largest_moves()[1] > self.skin / 2:
+            self.rebuild_lists()
+        self.find_forces()
 
-    def push(self) -> None:
-        """Write the forces of the present positions, by the lists at hand."""
-        self._look()
-        self._gather()
-        self._unpack()
+    def find_forces(self) -> None:
+        """Write the forces at the present positions, from the present lists."""
+        self._collect()
+        self._sum_pairs()
+        self._distribute()
 
-    def moved(self) -> tuple[float, float]:
-        """The longest way of a node in one step since this was last asked, and since lists were made; length.
+    def largest_moves(self) -> tuple[float, float]:
+        """The largest displacement of a node in one step since the last call, and since the lists were built; length.
 
-        A step is from one ``push`` to the next, or to this.
+        A step is the time from one ``find_forces`` to the next, or to this call.
         """
         with exclusive:
-            self._look()
-            step, drift = np.sqrt(self._cloud.moved.numpy()).tolist()
-            self._cloud.moved.assign([0.0, drift * drift])
-            return step, drift
+            self._collect()
+            step, since_listed = np.sqrt(self._points.largest_moves.numpy()).tolist()
+            self._points.largest_moves.assign([0.0, since_listed * since_listed])
+            return step, since_listed
 
-    def settle(self) -> None:
-        """Take the present positions, to which nodes did not step, for those that the next step is measured from."""
+    def skip_move(self) -> None:
+        """Do not count the displacement to the present positions as a step: nodes were put there."""
         with exclusive:
-            self._cloud.moved.zero_()
-            self._look()
-            drift = float(self._cloud.moved.numpy()[int(neighbour_list.DRIFT)])
-            self._cloud.moved.assign([0.0, drift])
+            self._points.largest_moves.zero_()
+            self._collect()
+            since_listed = float(self._points.largest_moves.numpy()[int(neighbour_list.SINCE_LISTED)])
+            self._points.largest_moves.assign([0.0, since_listed])
 
-    def renew(self) -> None:
-        """Make the lists of the present positions."""
+    def rebuild_lists(self) -> None:
+        """Build the lists for the present positions."""
         with exclusive:
-            self._look()
-            cloud = self._cloud
-            wp.launch(neighbour_list.settle, dim=self.points, inputs=[cloud], device=self._device)
-            self._grid.build(cloud.cell, wp.float64(1.0))
-            while not self._list():
+            self._collect()
+            points = self._points
+            wp.launch(neighbour_list.set_listed_positions, dim=self.count, inputs=[points], device=self._device)
+            self._grid.build(points.cell, wp.float64(1.0))
+            while not self._fill_lists():
                 pass
-            cloud.moved.zero_()
+            points.largest_moves.zero_()
             self._listed = True
 
-    def _list(self) -> bool:
-        """Fill the lists; where they are too short make longer ones and say no."""
-        inputs = [self._grid.id, self._cloud, self.reach + self.skin, self._lists]
-        wp.launch(neighbour_list.list_neighbours, dim=self.points, inputs=inputs, device=self._device)
+    def _fill_lists(self) -> bool:
+        """Fill the lists. If they are too short, allocate longer ones and return False."""
+        inputs = [self._grid.id, self._points, self.cutoff + self.skin, self._lists]
+        wp.launch(neighbour_list.list_neighbours, dim=self.count, inputs=inputs, device=self._device)
         longest = int(self._lists.count.numpy().max(initial=0))
-        if longest <= self._lists.near.shape[1]:
+        if longest <= self._lists.neighbour.shape[1]:
             return True
-        self._make_room(int(SPARE * longest) + 1)
+        self._allocate_lists(int(MARGIN * longest) + 1)
         self._record()
         return False
 
-    def _launch_pack(self) -> None:
+    def _launch_collect(self) -> None:
         for first, (position, spacing, _) in zip(self._first, self._arrays, strict=False):
-            inputs = [position, spacing, first, self.core, self._cloud]
-            wp.launch(neighbour_list.pack, dim=position.shape, inputs=inputs, device=self._device)
+            inputs = [position, spacing, first, self.core, self._points]
+            wp.launch(neighbour_list.collect_points, dim=position.shape, inputs=inputs, device=self._device)
 
-    def _launch_gather(self, points: slice) -> None:
-        inputs = [self._cloud, self._lists, self._yukawa, points.start, self._pairs]
-        wp.launch(steric.gather, dim=points.stop - points.start, inputs=inputs, device=self._device)
+    def _launch_sum_pairs(self, points: slice) -> None:
+        inputs = [self._points, self._lists, self._yukawa, points.start, self._sums]
+        wp.launch(steric.sum_pairs, dim=points.stop - points.start, inputs=inputs, device=self._device)
 
-    def _launch_unpack(self) -> None:
+    def _launch_distribute(self) -> None:
         for first, (_, _, force) in zip(self._first, self._arrays, strict=False):
-            wp.launch(steric.unpack, dim=force.shape, inputs=[self._pairs, first, force], device=self._device)
+            wp.launch(steric.distribute_forces, dim=force.shape, inputs=[self._sums, first, force], device=self._device)
 
-    def stiffness(self) -> float:
-        """How fast contact pulls a node back, Σ_j w_j |∂f_i/∂r_j|/ζ⊥, the largest over all nodes; 1/time.
+    def contact_rate(self) -> float:
+        """The largest κ_i = Σ_j w_j |∂f_i/∂r_j|/ζ⊥ over all nodes at the positions of the last ``find_forces``; 1/time.
 
-        At the positions of the last ``push``. The fastest rate of the system is at most twice that, as both nodes of a
-        pair move; along a rod they do not move singly, so that ζ∥ plays no part.
+        No rate of the system exceeds twice that, because both nodes of a pair move. Nodes of a rod do not move
+        independently along it, so ζ∥ plays no part (docs/model.md §6.4).
         """
         with exclusive:
-            inputs = [self._cloud, self._lists, self._yukawa, self._stiff]
-            wp.launch(steric.stiffnesses, dim=self.points, inputs=inputs, device=self._device)
-            return float(self._stiff.numpy().max(initial=0.0))
+            inputs = [self._points, self._lists, self._yukawa, self._rates]
+            wp.launch(steric.find_contact_rates, dim=self.count, inputs=inputs, device=self._device)
+            return float(self._rates.numpy().max(initial=0.0))
 
     def energies(self) -> list[np.ndarray]:
-        """Each ensemble's steric energy [rod] as of the last ``apply``: a pair's energy is shared by halves."""
+        """Steric energy of each ensemble [rod] at the last ``apply``; each rod of a pair has half of its energy."""
         with exclusive:
             found = []
             for first, e in zip(self._first, self._ensembles, strict=False):
                 energy = wp.zeros(e.count, dtype=wp.float64, device=self._device)
-                inputs = [self._cloud, self._pairs, first, e.nodes, energy]
-                wp.launch(steric.rod_energies, dim=e.count, inputs=inputs, device=self._device)
+                inputs = [self._points, self._sums, first, e.nodes, energy]
+                wp.launch(steric.find_rod_energies, dim=e.count, inputs=inputs, device=self._device)
                 found.append(to_host(energy))
             return found
 
 
+def _grid(period: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of cells [3], and cells per length [3]; no cell is narrower than ``width``."""
+    cells = np.where(period > 0, np.clip(period // width, 1, MOST_CELLS), CELLS).astype(int)
+    while cells.prod() > MOST_CELLS:  # wider cells also find every pair
+        cells[np.argmax(cells)] //= 2
+    return cells, np.where(period > 0, cells / np.where(period > 0, period, 1), 1 / width)
+
+
 def _yukawa(strength: float, range: float, core: float) -> Any:
-    """The numbers of G(ρ) = g0 e^(−ρ/a)/4πρ for the kernels."""
+    """Parameters of G(ρ) = g0 e^(−ρ/a)/4πρ for the kernels."""
     y = steric.Yukawa()
-    y.strength, y.per_range, y.core_square = strength / (4 * np.pi), 1 / range, core**2
-    y.reach_square = (steric.REACH * range) ** 2
-    y.rho_end = np.sqrt(y.reach_square + y.core_square)
-    y.G_end = y.strength * np.exp(-y.rho_end / range) / y.rho_end
-    y.F_end = (1 / y.rho_end + 1 / range) * y.G_end
+    y.strength, y.inverse_range, y.core_square = strength / (4 * np.pi), 1 / range, core**2
+    y.cutoff_square = (steric.CUTOFF * range) ** 2
+    y.rho_cutoff = np.sqrt(y.cutoff_square + y.core_square)
+    y.G_cutoff = y.strength * np.exp(-y.rho_cutoff / range) / y.rho_cutoff
+    y.F_cutoff = (1 / y.rho_cutoff + 1 / range) * y.G_cutoff
     return y

@@ -1,95 +1,100 @@
-"""Steps that contact allows: halved before rods could pass through each other, and lengthened again after.
+"""Time steps under contact: divided into substeps before rods could pass through each other (docs/model.md §6.4).
 
-A few steps make a stretch. Lists of neighbours hold over a stretch, or it is redone with new ones; no node moves by
-more than a share of the core ε in a step, or the stretch is redone in halved steps.
+A few substeps form a block. Neighbour lists must be valid for a whole block, otherwise the block is repeated with new
+lists. No node may move by more than a fraction of the core ε in one substep, otherwise the block is repeated with
+substeps of half the length.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.surroundings import Surroundings
+from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.recorded import Recorded
 
-STRETCH = 4
-"""Steps between two looks at how far nodes have come."""
+BLOCK = 4
+"""Substeps after which displacements are checked."""
 LARGEST_MOVE = 0.125
-"""Of the core ε, that a node may move in a step."""
-FINEST = 1024
-"""Parts that a step is cut into at most."""
+"""Largest displacement of a node in one substep, in units of the core ε."""
+MOST_SUBSTEPS = 1024
+"""Largest number of substeps in one step."""
 SAFETY = 0.5
-"""Share taken of the bound that the stiffness of contact sets, as it changes until lists are made anew."""
+"""Fraction of the stability bound that is used, because contact changes until the lists are rebuilt."""
 
 
-def largest_step(stiffness: float) -> float:
-    """The bound on Δt at which contact that pulls nodes back at this rate, 1/time, is stable: 4/3 of 1/2 of 1/rate.
+def largest_step(rate: float) -> float:
+    """The bound on Δt for a contact rate κ (1/time), Δt = (4/3)/(2κ).
 
-    Of SBDF2 with the force extrapolated, (3z² − 4z + 1)/2 = −x(2z − 1) leaves the unit circle at z = −1, x = 4/3;
-    nodes of a pair move both, which doubles the rate (model §3).
+    With an extrapolated force the two-step formula gives (3z² − 4z + 1)/2 = −x(2z − 1), which leaves the unit circle at
+    z = −1, x = 4/3. Both nodes of a pair move, which doubles the rate (docs/model.md §6.4).
     """
-    return np.inf if stiffness == 0 else 4 / 3 / (2 * stiffness)
+    return np.inf if rate == 0 else 4 / 3 / (2 * rate)
 
 
 class Contact:
-    """Steps of all ``ensembles`` of a scene under what they feel of their ``surroundings``."""
+    """Steps of all ``ensembles`` of a scene under the forces of their ``surroundings``."""
 
-    def __init__(self, ensembles: dict[str, Any], surroundings: Surroundings, device: Any):
+    def __init__(self, ensembles: Mapping[str, Ensemble], surroundings: Surroundings, device: Any):
         self._ensembles, self._surroundings, self._device = ensembles, surroundings, device
         self._graph: Recorded | None = None
         self._recorded: tuple[object, ...] = ()
-        self.parts = 1
-        """Steps taken in place of one: a power of 2."""
+        self.substeps = 1
+        """The present number of substeps in a step: a power of 2."""
         self._fewest = 1
         self.finest = 1
-        """The most parts that were needed so far."""
+        """The largest number of substeps used so far."""
         self.unresolved = False
-        """Whether a node moved too far even in the finest of steps."""
+        """Whether a node moved too far even in the shortest substeps."""
 
     def advance(self, dt: float, steps: int) -> Iterator[int]:
-        """Take ``steps`` steps of ``dt``; yields now and then how many are done."""
+        """Take ``steps`` steps of ``dt``; yields from time to time the number of steps taken."""
         if not self._surroundings.neighbours:
             for done in range(1, steps + 1):
-                self._walk(dt, 1)
+                self._take_substeps(dt, 1)
                 yield done
             return
-        left, drift = self._renew(dt, steps * self.parts), 0.0
+        left, since_listed = self._rebuild_lists(dt, steps * self.substeps), 0.0
         while left:
-            before, count = self._state(), min(STRETCH, left)
-            self._walk(dt / self.parts, count)
-            move, now = self._moved()
-            if move > LARGEST_MOVE and self.parts < FINEST:
+            before, count = self._state(), min(BLOCK, left)
+            self._take_substeps(dt / self.substeps, count)
+            move, moved = self._largest_moves()
+            if move > LARGEST_MOVE and self.substeps < MOST_SUBSTEPS:
                 self._restore(before)
-                left = self._cut(left)
-            elif now > self._slack and drift:
+                left = self._halve(left)
+            elif moved > self._allowed_move and since_listed:
                 self._restore(before)
-                left, drift = self._renew(dt, left), 0.0
+                left, since_listed = self._rebuild_lists(dt, left), 0.0
             else:
                 self.unresolved |= move > LARGEST_MOVE
-                left = self._lengthen(left - count, move)
-                left, drift = (left, now) if 2 * now - drift < self._slack else (self._renew(dt, left), 0.0)
-                yield steps - -(-left // self.parts)
+                left = self._double(left - count, move)
+                if 2 * moved - since_listed < self._allowed_move:
+                    since_listed = moved
+                else:
+                    left, since_listed = self._rebuild_lists(dt, left), 0.0
+                yield steps - -(-left // self.substeps)
 
-    def _walk(self, dt: float, steps: int) -> None:
-        crowd = self._ensembles.values()
-        if not (self._surroundings.recordable and all(e.recordable for e in crowd)):
-            for _ in range(steps):
+    def _take_substeps(self, dt: float, count: int) -> None:
+        ensembles = self._ensembles.values()
+        if not (self._surroundings.recordable and all(e.recordable for e in ensembles)):
+            for _ in range(count):
                 self._surroundings.apply()
-                for ensemble in crowd:
+                for ensemble in ensembles:
                     ensemble.step(dt)
             return
-        for ensemble in crowd:
+        for ensemble in ensembles:
             ensemble.set_step(dt)
-        for _ in range(steps):
-            self._whole_step()()
-            for ensemble in crowd:
+        for _ in range(count):
+            self._recorded_substep()()
+            for ensemble in ensembles:
                 ensemble.finish_step()
 
-    def _whole_step(self) -> Recorded:
-        """Forces and a step of every ensemble in one graph."""
+    def _recorded_substep(self) -> Recorded:
+        """Forces and one substep of every ensemble in a single graph."""
         versions = (self._surroundings.version, *(ensemble.version for ensemble in self._ensembles.values()))
         if self._graph is None or self._recorded != versions:
             self._graph, self._recorded = Recorded(self._launch, self._device), versions
@@ -106,36 +111,37 @@ class Contact:
         return self._surroundings.neighbours
 
     @property
-    def _slack(self) -> float:
-        """How far a node may come, of the core, while lists hold."""
+    def _allowed_move(self) -> float:
+        """Displacement up to which the lists are valid, in units of the core."""
         return self._neighbours.skin / self._neighbours.core / 2
 
-    def _moved(self) -> tuple[float, float]:
-        """The longest way of a node in a step and since lists were made, of the core."""
-        step, drift = self._neighbours.moved()
-        return step / self._neighbours.core, drift / self._neighbours.core
+    def _largest_moves(self) -> tuple[float, float]:
+        """The largest displacement in a substep, and since the lists were built, in units of the core."""
+        step, since_listed = self._neighbours.largest_moves()
+        return step / self._neighbours.core, since_listed / self._neighbours.core
 
-    def _renew(self, dt: float, left: int) -> int:
-        """New lists, and as many parts at least as the stiffness of contact asks for; returns the steps left."""
-        self._surroundings.refresh()
-        bound = SAFETY * largest_step(self._neighbours.stiffness())
+    def _rebuild_lists(self, dt: float, left: int) -> int:
+        """Rebuild the lists and make the substeps as short as contact requires; returns the substeps left."""
+        self._surroundings.rebuild_lists()
+        bound = SAFETY * largest_step(self._neighbours.contact_rate())
         self._fewest = 1
-        while dt / self._fewest > bound and self._fewest < FINEST:
+        while dt / self._fewest > bound and self._fewest < MOST_SUBSTEPS:
             self._fewest *= 2
-        while self.parts < self._fewest:
-            left = self._cut(left)
+        while self.substeps < self._fewest:
+            left = self._halve(left)
         return left
 
-    def _cut(self, left: int) -> int:
-        self.parts *= 2
-        self.finest = max(self.finest, self.parts)
+    def _halve(self, left: int) -> int:
+        """Halve the substeps; returns the substeps left."""
+        self.substeps *= 2
+        self.finest = max(self.finest, self.substeps)
         return 2 * left
 
-    def _lengthen(self, left: int, move: float) -> int:
-        """Twice as long steps where that moves no node too far, and they end with the step that was asked for."""
-        if self.parts == self._fewest or left % 2 or 2 * move > LARGEST_MOVE:
+    def _double(self, left: int, move: float) -> int:
+        """Double the substeps, if no node then moves too far and they still end with the step; returns those left."""
+        if self.substeps == self._fewest or left % 2 or 2 * move > LARGEST_MOVE:
             return left
-        self.parts //= 2
+        self.substeps //= 2
         return left // 2
 
     def _state(self) -> dict[str, dict[str, np.ndarray]]:
@@ -144,4 +150,4 @@ class Contact:
     def _restore(self, state: dict[str, dict[str, np.ndarray]]) -> None:
         for name, ensemble in self._ensembles.items():
             ensemble.restore(state[name])
-        self._surroundings.settle()
+        self._surroundings.skip_move()

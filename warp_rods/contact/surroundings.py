@@ -1,4 +1,4 @@
-"""What rods of a scene feel of each other and of their box: sterics over one grid of neighbours, and walls."""
+"""Forces on the rods of a scene that come from other rods and from the walls of their box."""
 
 from __future__ import annotations
 
@@ -10,90 +10,90 @@ import numpy as np
 from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.walls import Walls
 from warp_rods.membranes.surface import Surface
+from warp_rods.rods.ensemble import Ensemble
 from warp_rods.scene.scene import Scene
 
 
 class Surroundings:
-    """Forces on the ``ensembles`` {name: ensemble} of a scene that are not their own; ``apply`` makes them present.
+    """Steric forces between the ``ensembles`` {name: ensemble} of a scene, and the forces of its walls on swimmers.
 
-    container: the surface of the scene's box, where it has one.
+    container: the surface of the box of the scene, if it has one. ``apply`` writes the forces at the present positions.
     """
 
-    def __init__(self, scene: Scene, ensembles: Mapping[str, Any], device: Any, container: Surface | None = None):
+    def __init__(self, scene: Scene, ensembles: Mapping[str, Ensemble], device: Any, container: Surface | None = None):
         self._scene, self._ensembles, self._device = scene, dict(ensembles), device
-        self._container = container  # owns the grid that the walls' kernels read
-        self._cells = [table.name for table in scene.swimmers]
-        self.neighbours = self._build_neighbours()
-        self._walls = self._build_walls()
-        if self._walls and not self.neighbours:
-            self._clear = [self._ensembles[name].force_array for name in self._cells]
-        else:
-            self._clear = []
+        self._container = container  # a reference, because the wall kernels read its grid
+        self._swimmers = [table.name for table in scene.swimmers]
+        self.neighbours = self._make_neighbours()
+        self._walls = self._make_walls()
+        # Steric forces overwrite the force of an ensemble; without them it must be set to zero before walls add to it.
+        alone = self._walls is not None and self.neighbours is None
+        self._forces_to_zero = [self._ensembles[name].force_array for name in self._swimmers] if alone else []
 
-    def _build_neighbours(self) -> Neighbours | None:
+    def _make_neighbours(self) -> Neighbours | None:
         steric = self._scene.steric
         if steric is None or steric.strength == 0:
             return None
-        crowd = list(self._ensembles.values())
+        ensembles = list(self._ensembles.values())
         period = self._scene.period
-        return Neighbours(crowd, steric.strength, steric.range, steric.core, self._device, period=period)
+        return Neighbours(ensembles, steric.strength, steric.range, steric.core, self._device, period=period)
 
-    def _build_walls(self) -> Walls | None:
+    def _make_walls(self) -> Walls | None:
         box = self._scene.box
         if box is None or box.wall is None:
             return None
-        where: Any = self._container or box.height
-        crowd = [self._ensembles[name] for name in self._cells]
-        return Walls(crowd, where, box.wall.strength, box.wall.range, box.side == "outside", self._device)
+        wall: Any = self._container or box.height
+        swimmers = [self._ensembles[name] for name in self._swimmers]
+        return Walls(swimmers, wall, box.wall.strength, box.wall.range, box.side == "outside", self._device)
 
     @property
     def recordable(self) -> bool:
-        """Whether ``apply`` is kernels alone, on one thread."""
+        """Whether ``apply`` consists of kernel launches of one thread."""
         return self.neighbours is None or self.neighbours.threads == 1
 
     @property
     def version(self) -> Any:
-        """Another object when what ``apply`` launches has changed."""
+        """An object that is replaced when the launches of ``apply`` change."""
         return None if self.neighbours is None else self.neighbours.version
 
-    def refresh(self) -> None:
-        """Make lists of neighbours of the present positions."""
-        if self.neighbours and not self._rebuilt():
-            self.neighbours.renew()
+    def rebuild_lists(self) -> None:
+        """Build the neighbour lists for the present positions."""
+        if self.neighbours and not self._remade():
+            self.neighbours.rebuild_lists()
 
-    def settle(self) -> None:
-        """Measure how far nodes move from the present positions on: they have been put there."""
-        if self.neighbours and not self._rebuilt():
-            self.neighbours.settle()
+    def skip_move(self) -> None:
+        """Do not count the displacement to the present positions as a step."""
+        if self.neighbours and not self._remade():
+            self.neighbours.skip_move()
 
-    def _rebuilt(self) -> bool:
-        """Start anew where an ensemble has other arrays than before; says whether it does."""
+    def _remade(self) -> bool:
+        """Make new lists if an ensemble has replaced its arrays; returns whether that was necessary."""
         assert self.neighbours is not None
-        if not self.neighbours.stale:
+        if not self.neighbours.outdated:
             return False
-        self.neighbours = self._build_neighbours()
+        self.neighbours = self._make_neighbours()
         assert self.neighbours is not None
-        self.neighbours.renew()
+        self.neighbours.rebuild_lists()
         return True
 
     def apply(self) -> None:
-        """Forces of the present positions, by lists of neighbours that are made when ``refresh`` is called."""
+        """Write the forces at the present positions, from the neighbour lists of the last ``rebuild_lists``."""
         if self.neighbours:
-            self._rebuilt()
-            self.neighbours.push()
-        for force in self._clear:
+            self._remade()
+            self.neighbours.find_forces()
+        for force in self._forces_to_zero:
             force.zero_()
         if self._walls:
-            self._walls.add()
+            self._walls.add_forces()
 
     def energies(self) -> dict[str, dict[str, np.ndarray]]:
-        """Ensemble → variable → energy [rod] as of the last ``apply``."""
-        none = {name: np.zeros(e.count) for name, e in self._ensembles.items()}
-        steric, walls = dict(none), {name: none[name] for name in self._cells}
+        """Ensemble → variable → energy [rod] at the last ``apply``."""
+        zero = {name: np.zeros(e.count) for name, e in self._ensembles.items()}
+        steric, walls = dict(zero), {name: zero[name] for name in self._swimmers}
         if self.neighbours:
             steric = dict(zip(self._ensembles, self.neighbours.energies(), strict=True))
         if self._walls:
-            walls = dict(zip(self._cells, self._walls.energies(), strict=True))
+            walls = dict(zip(self._swimmers, self._walls.energies(), strict=True))
         return {
             name: {"steric_energy": steric[name], **({"wall_energy": walls[name]} if name in walls else {})}
             for name in self._ensembles

@@ -1,11 +1,11 @@
-"""Ensembles of rods: parameters, state and step; one folder a kind of rod.
+"""Ensembles of rods: parameters, state and step; one folder for each kind of rod.
 
-ensemble                             what every kind is to its users, to contact, to the loop and to measures
-free, bound                          the two kinds: swimmers in space, filaments on a membrane
-status, clock, variables             why a rod was frozen; time; what a trajectory keeps
-recorded, views                      graphs of launches; slices of an ensemble, one a thread
+ensemble, readings                   the contract that every kind of rod fulfils
+free, bound                          the two kinds: active rods in space, filaments on a membrane
+status, clock, variables             why a rod was frozen; time; the variables of a trajectory
+recorded, slices                     recorded kernel launches; slices of an ensemble, one for each thread
 per_rod                              parameters: one value for all rods or one for each
-step_limits                          how long a step may be
+step_limits                          the largest stable step
 modes                                modes of a beam with free ends
 """
 

@@ -1,4 +1,4 @@
-"""The clock of an ensemble: time, the step to come and the one before, on the host and on the device."""
+"""The clock of an ensemble: the time, the next step and the last one, on the host and on the device."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from warp_rods.kernels.layout import per_rod
 
 
 class Clock:
-    """``time``, and ``array`` [Δt, ρ, t] for the kernels; ρ is the ratio of the step to come to the one before."""
+    """``time``, and ``array`` [Δt, ρ, t] for the kernels; ρ is the ratio of the next step to the last one."""
 
     def __init__(self, device: Any):
         self.array = per_rod(3, device=device)
@@ -21,30 +21,30 @@ class Clock:
 
     @property
     def step(self) -> float:
-        """Δt of the steps to come."""
+        """Δt of the next steps."""
         return self._next
 
     def set_step(self, dt: float) -> None:
-        """Make ``dt`` the length of the steps to come; saying so twice, or of another length first, changes nothing."""
+        """Set the length of the next steps. Only the value set last counts."""
         if dt != self._next:
             ratio = dt / self._last if self._last else 0.0
             self.array.assign([dt, ratio, self.time])
             self._next = dt
 
     def launch_tick(self) -> None:
-        """Let the time of a step pass on the device."""
+        """Advance the time on the device by one step."""
         wp.launch(tick, dim=1, inputs=[self.array], device=self.array.device)
 
     def tick(self) -> None:
-        """Let the time of a step pass on the host, which the device has taken."""
+        """Advance the time on the host by one step, after the device has taken it."""
         self.time += self._next
         self._last = self._next
 
     def state(self) -> np.ndarray:
-        """All that there is to it [6]."""
+        """The whole state of the clock [6]."""
         return np.array([self.time, self._next, self._last, *self.array.numpy()])
 
     def restore(self, state: np.ndarray) -> None:
-        """Go back to a ``state``."""
+        """Return to a ``state``."""
         self.time, self._next, self._last = (float(value) for value in state[:3])
         self.array.assign(state[3:])

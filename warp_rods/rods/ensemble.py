@@ -1,14 +1,14 @@
-"""What every ensemble of rods is to its users, to the loop, to contact and to measures.
+"""The contract of every ensemble of rods with users, the simulation loop, contact and measures.
 
 A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONTRIBUTING.md says what it provides.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from abc import abstractmethod
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -18,11 +18,11 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.per_rod import check_step, vectors
+from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
-from warp_rods.rods.variables import Variable
 
-OF_FORCES = ("force", "force_before")
-"""Names of arrays of state that rods without external forces need not have."""
+FORCE_STATE = ("force", "force_previous")
+"""Arrays of the state that an ensemble without external forces may lack."""
 
 
 class Failure(NamedTuple):
@@ -33,15 +33,8 @@ class Failure(NamedTuple):
     what: str
 
 
-class Reading(NamedTuple):
-    """How a variable is read: what brings it up to date, and what takes it then."""
-
-    update: Callable[[], None]
-    take: Callable[[], np.ndarray]
-
-
 class Parameter:
-    """A parameter of an ensemble as a read-only attribute: it is fixed when the ensemble is made."""
+    """A parameter of an ensemble as a read-only attribute."""
 
     def __init__(self, description: str):
         self.__doc__ = description
@@ -53,18 +46,15 @@ class Parameter:
         return self if ensemble is None else ensemble._parameters[self._name]
 
     def __set__(self, ensemble: Ensemble, value: Any) -> None:
-        raise AttributeError(f"{self._name} is fixed once an ensemble is made: make another one with the new value")
+        raise AttributeError(f"{self._name} is fixed once the ensemble is made: make a new ensemble with the new value")
 
 
-class Ensemble(ABC):
+class Ensemble(Readings):
     """``count`` rods of ``nodes`` nodes each, one batch on one device. NumPy in, NumPy out; no files.
 
-    Every reading is a NumPy array of its own. All rods take the same steps; one that fails is frozen at its last
-    sound state, with a ``status``, and the others go on.
+    All rods take the same steps. A rod that fails is frozen at its last valid state and gets a ``status``; the other
+    rods continue.
     """
-
-    saved: ClassVar[Mapping[str, Variable]]
-    """The variables of a frame, by name. ``variables`` returns all that do not come from contact."""
 
     def __init__(self, count: int, nodes: int, parameters: Mapping[str, np.ndarray], device: Any):
         self.count, self.nodes, self.device = count, nodes, device_of(device)
@@ -75,8 +65,8 @@ class Ensemble(ABC):
             self._clock = Clock(self.device)
 
     def __repr__(self) -> str:
-        lost = int((self.status != Status.SOUND).sum())
-        state = f"{lost} of them frozen" if lost else "all sound"
+        frozen = int((self.status != Status.OK).sum())
+        state = f"{frozen} of them frozen" if frozen else "all ok"
         what = f"{type(self).__name__}: {self.count} rods of {self.nodes} nodes on {self.device}"
         return f"<{what}, t = {self.time:g}, {state}>"
 
@@ -84,14 +74,14 @@ class Ensemble(ABC):
 
     @property
     def time(self) -> float:
-        """The time reached."""
+        """The present time."""
         return self._clock.time
 
     def step(self, dt: float, steps: int = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
 
-        A change of ``dt`` keeps the order: the coefficients follow the ratio of the steps. Raises SceneError for a
-        step that is not positive.
+        The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. Raises
+        SceneError for a step that is not positive.
         """
         check_step(dt, steps)
         self.set_step(dt)
@@ -101,47 +91,47 @@ class Ensemble(ABC):
             self.finish_step()
 
     def set_step(self, dt: float) -> None:
-        """Make ``dt`` the length of the steps to come."""
+        """Set the length of the next steps."""
         with exclusive:
             self._clock.set_step(dt)
 
-    def prepare_step(self, dt: float) -> None:  # noqa: B027 (most kinds have nothing to prepare)
-        """What the host does before a step of ``dt``."""
+    def prepare_step(self, dt: float) -> None:
+        """Work on the host before a step of ``dt``."""
 
     @abstractmethod
     def take_step(self) -> None:
-        """Launch one step as long as ``set_step`` said."""
+        """Launch one step of the length given to ``set_step``."""
 
     def finish_step(self) -> None:
-        """Let the time of a step pass that has been taken."""
+        """Advance the time on the host after a step."""
         self._clock.tick()
 
     @property
     @abstractmethod
     def recordable(self) -> bool:
-        """Whether a step is kernels alone, on one thread: then ``take_step`` may become a part of a longer graph."""
+        """Whether a step consists of kernel launches of one thread, so that a longer graph may contain it."""
 
     @property
     @abstractmethod
     def threads(self) -> int:
-        """How many threads share a step."""
+        """The number of threads that share a step."""
 
-    # --- what contact needs -----------------------------------------------------------------------------------------
+    # --- contact ----------------------------------------------------------------------------------------------------
 
     @property
     @abstractmethod
     def version(self) -> object:
-        """Another object once device arrays were replaced: graphs that were recorded with the old ones are stale."""
+        """An object that is replaced when device arrays are; graphs recorded before are then invalid."""
 
     @property
     @abstractmethod
     def position_array(self) -> wp.array:
-        """Centre line on the device [rod, node], that of the present state; length."""
+        """Centre line of the present state on the device [rod, node]; length."""
 
     @property
     @abstractmethod
     def force_array(self) -> wp.array:
-        """External force per length on the device [rod, node], in space, to be written to."""
+        """External force per length in space on the device [rod, node]; contact writes to it."""
 
     @property
     @abstractmethod
@@ -155,7 +145,7 @@ class Ensemble(ABC):
 
     @property
     def force(self) -> np.ndarray:
-        """External force per length in space [rod, node, 3], yours to set: one vector, or one a node."""
+        """External force per length in space [rod, node, 3]. Set it to one vector, or to one vector for each node."""
         with exclusive:
             return to_host(self.force_array)
 
@@ -168,123 +158,46 @@ class Ensemble(ABC):
         with exclusive:
             self.force_array.assign(given)
 
-    # --- readings ---------------------------------------------------------------------------------------------------
-
-    @abstractmethod
-    def readings(self) -> dict[str, Reading]:
-        """How each variable is read, by its name."""
-
-    @property
-    def stride(self) -> int:
-        """Every so many nodes are saved."""
-        return 1
-
-    def reading(self, name: str) -> np.ndarray:
-        """A variable of the present state, at all nodes."""
-        with exclusive:
-            reading = self.readings()[name]
-            reading.update()
-            return reading.take()
-
-    def variables(self) -> dict[str, np.ndarray]:
-        """The present state as the trajectory keeps it: names and shapes of ``saved``, without those of contact."""
-        with exclusive:
-            readings = {name: row for name, row in self.readings().items() if name in self.saved}
-            for update in dict.fromkeys(row.update for row in readings.values()):
-                update()
-            taken = {name: row.take() for name, row in readings.items()}
-        thin = slice(None, None, self.stride)
-        return {name: v[:, thin] if "node" in self.saved[name].dims else v for name, v in taken.items()}
-
-    @property
-    def position(self) -> np.ndarray:
-        """Centre line r [rod, node, 3]; length."""
-        return self.reading("position")
-
-    @property
-    def orientation(self) -> np.ndarray:
-        """Directors of the material frame, tangent first, as quaternions x, y, z, w [rod, node, 4]."""
-        return self.reading("orientation")
-
-    @property
-    def strain(self) -> np.ndarray:
-        """Twist and the two bendings of the material frame [rod, node, 3]; 1/length."""
-        return self.reading("strain")
-
-    @property
-    def tension(self) -> np.ndarray:
-        """λ [rod, node]; force."""
-        return self.reading("tension")
-
-    @property
-    def energy(self) -> np.ndarray:
-        """Elastic energy [rod]; force times length."""
-        return self.reading("energy")
-
-    @property
-    def energy_density(self) -> np.ndarray:
-        """Elastic energy per length [rod, node]; force."""
-        return self.reading("energy_density")
-
-    @property
-    def dissipation(self) -> np.ndarray:
-        """Power lost to drag [rod]."""
-        return self.reading("dissipation")
-
-    @property
-    def power(self) -> np.ndarray:
-        """Power of all that does work on a rod [rod]: dE/dt is ``power`` less ``dissipation``."""
-        return self.reading("power")
-
-    @property
-    def status(self) -> np.ndarray:
-        """The ``Status`` of each rod [rod]: 0 where it is sound."""
-        return self.reading("status")
-
-    @abstractmethod
-    def static(self) -> dict[str, np.ndarray]:
-        """What the trajectory keeps once: names of ``variables.STATIC``."""
-
     # --- state and failures -----------------------------------------------------------------------------------------
 
     @abstractmethod
     def arrays_of_state(self) -> dict[str, wp.array]:
-        """Every device array that the next step depends on, the external force included; the clock apart."""
+        """Every device array that the next step depends on, the external force included, without the clock."""
 
     def state(self) -> dict[str, np.ndarray]:
-        """All that the next step depends on; ``restore`` goes on from it to the same bits."""
+        """Everything that the next step depends on. After ``restore`` the next steps have the same bits."""
         with exclusive:
             arrays = {name: to_host(array) for name, array in self.arrays_of_state().items()}
             return {**arrays, "clock": self._clock.state()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a ``state`` of an ensemble of the same parameters.
+        """Return to a ``state`` of an ensemble with the same parameters.
 
-        A state without a force is that of rods that felt none.
+        A state without a force is one without external forces.
         """
         with exclusive:
-            self.make_room(state)
+            self.allocate_for(state)
             for name, array in self.arrays_of_state().items():
-                if name in state or name not in OF_FORCES:
+                if name in state or name not in FORCE_STATE:
                     array.assign(state[name])
                 else:
                     array.zero_()
             self._clock.restore(state["clock"])
 
-    def make_room(self, state: Mapping[str, np.ndarray]) -> None:  # noqa: B027 (most kinds have arrays of one size)
-        """Make the device arrays those of a ``state``, whose sizes may differ."""
+    def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
+        """Allocate device arrays of the sizes in ``state``, if they differ from the present ones."""
 
     @property
     @abstractmethod
     def failed_at(self) -> np.ndarray:
-        """When each rod was frozen [rod]; without meaning for a sound one."""
+        """The time at which each rod was frozen [rod]; meaningless for the others."""
 
     def failures(self) -> list[Failure]:
         """The frozen rods."""
         status, when = self.status, self.failed_at
-        lost = np.flatnonzero(status != Status.SOUND)
-        return [Failure(int(rod), float(when[rod]), Status(int(status[rod])).words) for rod in lost]
+        frozen = np.flatnonzero(status != Status.OK)
+        return [Failure(int(rod), float(when[rod]), Status(int(status[rod])).words) for rod in frozen]
 
     def parameters(self, rod: int) -> dict[str, Any]:
-        """The parameters of one rod by name: what distinguishes it."""
+        """The parameters of one rod by name."""
         return {name: values[rod].tolist() for name, values in self._parameters.items()}

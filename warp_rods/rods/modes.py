@@ -1,7 +1,7 @@
-"""The modes that shapes of a free rod are measured in: beam modes for curvature, harmonics for twist.
+"""The modes in which shapes of a free rod are expanded: beam modes for curvature, harmonics for twist.
 
-The arc length ``s`` runs over [−1/2, 1/2] throughout; every mode has L² norm 1 there. Modes are counted
-from 0; even ones are even functions, positive at the middle, and odd ones odd, with positive slope there.
+The arc length ``s`` runs from −1/2 to 1/2, and every mode has L² norm 1 on this interval. Modes are counted from 0.
+Even modes are even functions, positive at the middle. Odd modes are odd functions with positive slope at the middle.
 """
 
 import math
@@ -25,8 +25,8 @@ def beam_root(k: int) -> float:
 def beam_mode(k: int, s: ArrayLike) -> np.ndarray:
     """Beam mode φ_k at arc lengths ``s`` in [−1/2, 1/2], shape of ``s``.
 
-    The eigenfunction of ∂⁴ with φ = φ' = 0 at both ends: what the curvature of a force- and moment-free rod
-    expands in (before 4.35). φ_0(0) = 1.58815. Stable for any ``k``: no growing exponential is formed.
+    The eigenfunction of ∂⁴ with φ = φ' = 0 at both ends, the conditions on the curvature at free ends (before 4.35).
+    φ_0(0) = 1.58815. No growing exponential is evaluated, so the formula is stable for any ``k``.
     """
     return beam_mode_derivative(k, s, 0)
 
@@ -34,7 +34,7 @@ def beam_mode(k: int, s: ArrayLike) -> np.ndarray:
 def beam_mode_derivative(k: int, s: ArrayLike, order: int = 1) -> np.ndarray:
     """Derivative of ``order`` of beam mode φ_k at ``s``, shape of ``s``.
 
-    φ_k = ±[cos(xs)/cos(x/2) − cosh(xs)/cosh(x/2)] for even k, sin and sinh for odd k; this form has norm 1.
+    φ_k = ±[cos(xs)/cos(x/2) − cosh(xs)/cosh(x/2)] for even k, with sin and sinh for odd k; it has norm 1.
     """
     s = np.asarray(s, dtype=np.float64)
     x = beam_root(k)
@@ -42,7 +42,7 @@ def beam_mode_derivative(k: int, s: ArrayLike, order: int = 1) -> np.ndarray:
     end = math.sin(x / 2) if odd else math.cos(x / 2)
     wave = np.cos(x * s + (order - odd) * (math.pi / 2)) / end
     growing, decaying = np.exp(x * (s - 0.5)), np.exp(-x * (s + 0.5))
-    # Each derivative exchanges cosh and sinh; the ratio to the end's value is written with exponents ≤ 0.
+    # Each derivative exchanges cosh and sinh. Their ratio to the value at the end is written with exponents ≤ 0.
     numerator = growing - decaying if (odd + order) % 2 else growing + decaying
     envelope = numerator / (1.0 - math.exp(-x) if odd else 1.0 + math.exp(-x))
     return math.copysign(1.0, end) * x**order * (wave - envelope)
@@ -51,8 +51,8 @@ def beam_mode_derivative(k: int, s: ArrayLike, order: int = 1) -> np.ndarray:
 def coefficients(curvature: ArrayLike, s: ArrayLike, count: int) -> np.ndarray:
     """Coefficients a_k = ∫ κ φ_k ds of curvature on the first ``count`` beam modes.
 
-    ``curvature`` [..., node] at arc lengths ``s`` [node]; returns [..., count]. By the trapezoid rule:
-    on even spacing fourth order, sixth where κ = κ' = 0 at the ends, as a free rod has it.
+    ``curvature`` [..., node] at arc lengths ``s`` [node]; returns [..., count]. The trapezoid rule is of fourth order
+    for equally spaced nodes, and of sixth order if κ = κ' = 0 at the ends, as on a free rod.
     """
     return _project(curvature, s, np.array([beam_mode(k, s) for k in range(count)]))
 
@@ -60,7 +60,7 @@ def coefficients(curvature: ArrayLike, s: ArrayLike, count: int) -> np.ndarray:
 def harmonic(k: int, s: ArrayLike) -> np.ndarray:
     """Harmonic γ_k at ``s``: √2 cos((k+1)πs) for even k, √2 sin((k+1)πs) for odd k.
 
-    Eigenfunctions of ∂² with γ = 0 at both ends: what the twist of a free rod expands in (4.48).
+    Eigenfunctions of ∂² with γ = 0 at both ends, the condition on the twist at free ends (4.48).
     """
     wave = np.sin if k % 2 else np.cos
     return math.sqrt(2.0) * wave((k + 1) * math.pi * np.asarray(s, dtype=np.float64))
@@ -69,8 +69,8 @@ def harmonic(k: int, s: ArrayLike) -> np.ndarray:
 def harmonic_coefficients(twist: ArrayLike, s: ArrayLike, count: int) -> np.ndarray:
     """Coefficients b_k = ∫ Ω₀ γ_k ds of twist on the first ``count`` harmonics (4.48).
 
-    ``twist`` [..., node] at arc lengths ``s`` [node]; returns [..., count]. By the trapezoid rule: on even
-    spacing second order, fourth where the twist vanishes at the ends, as a free rod has it.
+    ``twist`` [..., node] at arc lengths ``s`` [node]; returns [..., count]. The trapezoid rule is of second order for
+    equally spaced nodes, and of fourth order if the twist vanishes at the ends, as on a free rod.
     """
     return _project(twist, s, np.array([harmonic(k, s) for k in range(count)]))
 

@@ -1,4 +1,4 @@
-"""A parameter of an ensemble: one value for all of its rods, or one for each."""
+"""Parameters of an ensemble: one value for all rods, or one for each."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from warp_rods.errors import SceneError
 
 
 def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
-    """One value a rod: [count], or with a size [count, size], from one value for all rods or one for each.
+    """One value for each rod, [count] or [count, size], from one value for all rods or one for each.
 
-    Raises ValueError where the values have another shape.
+    Raises ValueError if the values have another shape.
     """
     given = np.asarray(values, dtype=np.float64)
     one = () if size == 1 else (size,)
@@ -23,9 +23,9 @@ def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
 
 
 def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
-    """One value a node: [count, nodes], from a number, or for each rod a number or a value a node.
+    """One value for each node [count, nodes], from a number, or from a number or a row of node values for each rod.
 
-    Raises ValueError where the values have another shape.
+    Raises ValueError if the values have another shape.
     """
     rows = [values] * count if np.isscalar(values) else list(values)
     if len(rows) != count:
@@ -38,13 +38,13 @@ RULES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "positive": lambda values: np.isfinite(values) & (values > 0),
     "zero or more": lambda values: np.isfinite(values) & (values >= 0),
 }
-"""What the numbers of a parameter may be asked to be."""
+"""Conditions on the values of a parameter."""
 
 
 def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:
-    """One value a rod of a parameter [count], or with one rule for each component [count, component].
+    """A parameter as one value for each rod [count], or with one rule for each component [count, component].
 
-    Raises SceneError naming the parameter, what was given and what is allowed.
+    Raises SceneError naming the parameter, the value and what is allowed.
     """
     size = 1 if isinstance(rules, str) else len(rules)
     try:
@@ -59,7 +59,7 @@ def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] =
 
 
 def vectors(values: Any, count: int, nodes: int) -> np.ndarray:
-    """A force [count, nodes, 3] from one vector for all nodes or from values of that shape; SceneError otherwise."""
+    """A force [count, nodes, 3] from one vector for all nodes or from values of that shape; raises SceneError."""
     given = np.asarray(values, dtype=np.float64)
     if given.shape not in ((3,), (count, nodes, 3)):
         raise SceneError(f"force: must be one vector, or {(count, nodes, 3)} [rod, node, 3]; has shape {given.shape}")
@@ -67,14 +67,14 @@ def vectors(values: Any, count: int, nodes: int) -> np.ndarray:
 
 
 def count_of(name: str, value: Any) -> int:
-    """A number of things, 1 or more; raises SceneError naming it."""
+    """A whole number, 1 or more; raises SceneError naming it."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < 1:
         raise SceneError(f"{name} = {value!r}: must be a whole number, 1 or more")
     return int(value)
 
 
 def check_step(dt: float, steps: int) -> None:
-    """Raises SceneError for a step that is no positive time, or a negative number of steps."""
+    """Raises SceneError for a step that is not positive and finite, or a negative number of steps."""
     if not 0 < dt < np.inf:
         raise SceneError(f"dt = {dt}: must be positive")
     if steps < 0:

@@ -1,9 +1,8 @@
-"""A sequence of kernel launches, recorded once and replayed: a launch then costs half a microsecond."""
+"""Sequences of kernel launches that are recorded once as a graph and then replayed, at half a microsecond a launch."""
 
 from __future__ import annotations
 
 import functools
-import itertools
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,18 +12,16 @@ import warp as wp
 
 from warp_rods.device import cores, exclusive
 
-WORTH_A_THREAD = 10_000
-"""Nodes that take a thread a millisecond; with fewer, handing work over costs a share worth speaking of."""
-
-_here = threading.local()
-"""Its ``recording`` is true in a thread that is recording a sequence."""
+_thread = threading.local()
+"""``_thread.recording`` is true while the thread records a sequence."""
 
 
 class Recorded:
-    """Calls ``launches`` once under capture, on the CPU too, and replays the graph at every call.
+    """Records ``launches`` as a graph on the first call, on the CPU too, and replays the graph on every call.
 
-    A graph freezes scalars and pointers: what changes between steps lives in device arrays. A sequence that is called
-    while the same thread records a longer one becomes a part of that. Threads may record and replay at the same time.
+    A graph keeps scalars and pointers fixed, so what changes between steps is stored in device arrays. A sequence that
+    is called while the same thread records a longer one becomes part of the longer one. Different threads may record
+    and replay at the same time.
     """
 
     def __init__(self, launches: Callable[[], None], device: Any):
@@ -32,30 +29,30 @@ class Recorded:
         self._graph: Any = None
 
     def __call__(self) -> None:
-        if getattr(_here, "recording", False):
+        if getattr(_thread, "recording", False):
             self._launches()
         else:
             self.record()
             wp.capture_launch(self._graph)
 
     def record(self) -> None:
-        """Capture the graph, if that has not been done."""
+        """Record the graph, unless that has been done."""
         if self._graph is not None:
             return
         with exclusive:
-            _here.recording = True
+            _thread.recording = True
             try:
                 with wp.ScopedCapture(device=self._device) as capture:
                     self._launches()
             finally:
-                _here.recording = False
+                _thread.recording = False
             self._graph = capture.graph
 
 
-class SideBySide:
-    """Sequences that do not touch what others write, each recorded, and replayed at the same time, a thread each.
+class RecordedInThreads:
+    """Recorded sequences that write to different memory, replayed at the same time in one thread each.
 
-    A launch on the CPU runs on one thread and lets others run; the bits do not depend on how many there are.
+    A launch on the CPU runs in one thread and releases Python's lock. The bits do not depend on the number of threads.
     """
 
     def __init__(self, sequences: Sequence[Callable[[], None]], device: Any):
@@ -63,7 +60,7 @@ class SideBySide:
 
     @property
     def threads(self) -> int:
-        """How many there are."""
+        """The number of sequences."""
         return len(self._recorded)
 
     def __call__(self) -> None:
@@ -72,17 +69,10 @@ class SideBySide:
             return first()
         for recorded in self._recorded:
             recorded.record()
-        waiting = [_pool().submit(recorded) for recorded in others]
+        pending = [_pool().submit(recorded) for recorded in others]
         first()
-        for replay in waiting:
+        for replay in pending:
             replay.result()
-
-
-def slices(count: int, size: int, device: Any) -> list[slice]:
-    """``count`` things of ``size`` nodes each in slices, one for each thread that is worth it; on CUDA one."""
-    threads = 1 if wp.get_device(device).is_cuda else min(cores(), count * size // WORTH_A_THREAD, count)
-    edges = [count * i // max(threads, 1) for i in range(max(threads, 1) + 1)]
-    return [slice(a, b) for a, b in itertools.pairwise(edges)]
 
 
 @functools.cache

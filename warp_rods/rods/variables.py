@@ -1,4 +1,4 @@
-"""What is saved of a frame: the names, shapes, units and sources of a trajectory's variables."""
+"""The variables of a trajectory: names, shapes, units and source equations."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from warp_rods.rods.status import Status
 class Variable:
     """One array of the store.
 
-    ``dims`` are of ``frame``, ``rod`` and ``node``, and a last one with names, ``components``: ``axis`` (x, y, z),
-    ``strain_component`` or ``quaternion``. ``units`` are in the scene's own units of length, force and time;
-    ``source`` is the equation, by its number in the dissertation. ``flags``: values and their meanings.
+    ``dims`` are ``frame``, ``rod`` or ``node``, and a last dimension whose entries have names, ``components``: ``axis``
+    (x, y, z), ``strain_component`` or ``quaternion``. ``units`` are products of the scene's units of length, force and
+    time. ``source`` is the equation, by its number in the dissertation. ``flags`` are values and their meanings.
     """
 
     dims: tuple[str, ...]
@@ -27,7 +27,7 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What the store says of it, in CF's words."""
+        """The attributes of the array in the store, named as in the CF conventions."""
         found: dict[str, Any] = {"units": self.units, "long_name": self.long_name, "source": self.source}
         if self.flags:
             found["flag_values"] = [value for value, _ in self.flags]
@@ -47,7 +47,7 @@ TIME = Variable(("frame",), "float64", "time", "time", "")
 STATIC = {
     "length": Variable(("rod",), "float64", "length", "length of the rod", ""),
     "bending_stiffness": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
-    "twist_stiffness": Variable(("rod",), "float64", "1", "twisting stiffness β∥", "B∥/f*L³"),
+    "twist_stiffness": Variable(("rod",), "float64", "1", "twist stiffness β∥", "B∥/f*L³"),
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
@@ -61,7 +61,7 @@ STATIC = {
         ("rod", "strain_component"), "float64", "1/length", "intrinsic strain σ", "(5.28)", FILAMENT_STRAINS
     ),
 }
-"""What a group may keep that never changes."""
+"""Arrays that a group may hold and that do not change with time."""
 ARC = Variable(("node",), "float64", "1", "arc length over rod length, from the middle", "")
 
 _EVERY_ROD = {
@@ -71,13 +71,20 @@ _EVERY_ROD = {
     "tension": Variable(_NODE, "float32", "force", "tension", "(4.16)"),
     "energy_density": Variable(_NODE, "float32", "force", "elastic energy per length", "½ Σ B_i (Ω_i − σ_i)², (5.29)"),
     "energy": Variable(_ROD, "float64", "force*length", "elastic energy", "∫ of its density ds, (5.28)"),
-    "dissipation": Variable(_ROD, "float64", "force*length/time", "power lost to drag", "∫ u·ζu + ζr ω0² ds"),
+    "dissipation": Variable(_ROD, "float64", "force*length/time", "power dissipated by drag", "∫ u·ζu + ζr ω0² ds"),
     "steric_energy": Variable(
-        _ROD, "float64", "force*length", "steric energy, a pair's shared by halves", "½ Σ w_i w_j G, (5.27)"
+        _ROD, "float64", "force*length", "steric energy; each rod of a pair has half", "½ Σ w_i w_j G, (5.27)"
     ),
-    "power": Variable(_ROD, "float64", "force*length/time", "power of all that does work on the rod", "dE/dt + D"),
+    "power": Variable(
+        _ROD, "float64", "force*length/time", "power of everything that does work on the rod", "dE/dt + D"
+    ),
     "status": Variable(
-        _ROD, "int32", "1", "0 where the rod is sound", "", flags=tuple((one.value, one.name.lower()) for one in Status)
+        _ROD,
+        "int32",
+        "1",
+        "status of the rod, 0 unless it was frozen",
+        "",
+        flags=tuple((one.value, one.name.lower()) for one in Status),
     ),
 }
 
@@ -85,9 +92,9 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
     "strain": replace(_EVERY_ROD["strain"], components=FILAMENT_STRAINS),
     "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
-    "growth_power": Variable(_ROD, "float64", "force*length/time", "energy that growth brings in", "dL/dt e(tip)"),
+    "growth_power": Variable(_ROD, "float64", "force*length/time", "energy gained by growth, per time", "dL/dt e(tip)"),
     "membrane_power": Variable(
-        _ROD, "float64", "force*length/time", "power of a moving membrane", "docs/moving_membranes.md"
+        _ROD, "float64", "force*length/time", "power of a moving membrane on the rod", "docs/moving_membranes.md"
     ),
     "gauss": Variable(_ROD, "float64", "1/length^2", "Gaussian curvature at the midpoint", "K11 K22 − K12²"),
     "load": Variable(
@@ -96,9 +103,9 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     "load_moment": Variable(
         _NODE, "float32", "force", "moment on the membrane per length, about the tangent", "χ of (5.31), (D.33)"
     ),
-    "constraint": Variable(_ROD, "float64", "length", "worst distance to the membrane", "max |φ|/|∇φ|"),
-    "orthogonality": Variable(_ROD, "float64", "1", "worst tangent out of the membrane", "max |q·n|"),
-    "arc_length": Variable(_ROD, "float64", "1", "worst relative error of a segment's length", "|∂s r| = 1"),
+    "constraint": Variable(_ROD, "float64", "length", "largest distance of a node to the membrane", "max |φ|/|∇φ|"),
+    "orthogonality": Variable(_ROD, "float64", "1", "largest component of a tangent along the normal", "max |q·n|"),
+    "arc_length": Variable(_ROD, "float64", "1", "largest relative error of the length of a segment", "|∂s r| = 1"),
 }
 
 SWIMMER_VARIABLES: dict[str, Variable] = {
@@ -106,5 +113,7 @@ SWIMMER_VARIABLES: dict[str, Variable] = {
     "strain": replace(_EVERY_ROD["strain"], components=SWIMMER_STRAINS),
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
     "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
-    "power": replace(_EVERY_ROD["power"], long_name="power of flagella and forces", source="∫ f u0 + M f ω0 + f·u ds"),
+    "power": replace(
+        _EVERY_ROD["power"], long_name="power of flagella and external forces", source="∫ f u0 + M f ω0 + f·u ds"
+    ),
 }

@@ -39,7 +39,7 @@ class LawParameter:
 class Law:
     """An activity law: the name of its number in ``kernels/free/flagella.py``, and its own parameters, four at most.
 
-    The kernel gets them as ``numbers``, in this order.
+    The kernel gets them as ``parameters``, in this order.
     """
 
     kernel: str

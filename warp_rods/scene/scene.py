@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import Field, ValidationError
 
 from warp_rods.errors import SceneError
-from warp_rods.kernels.contact.reach import REACH
+from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
@@ -191,7 +191,7 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
     """Only the nearest image of a node is felt: a box must be wider than the reach to both sides."""
-    least = 2 * REACH * steric["range"]
+    least = 2 * CUTOFF * steric["range"]
     said = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
     if "size" in box:
         text = f" = {shown(box['size'])}: {said}"

@@ -1,8 +1,8 @@
 """From a scene to a run folder.
 
-layout, surfaces                     a scene laid out on a device: its surfaces and ensembles
-loop, frames, hooks                  stepping from frame to frame, and functions that are called on the way
-watch, report                        what throws doubt on the answers; what a run says
+layout, surfaces                     the surfaces and ensembles of a scene on a device
+loop, frames, hooks                  the loop from frame to frame, and user functions called during a run
+watch, report                        warnings about results; messages of a run
 runner                               one run into its folder, with progress
 run_folder                           the folder: scene, trajectory, checkpoint
 trajectory, store, earlier           the Zarr store of a trajectory, and those of earlier versions

@@ -1,4 +1,4 @@
-"""Trajectories of earlier versions: their strains shared the dim ``axis`` with x, y, z, and no dim had labels."""
+"""Trajectories of earlier versions: strains had the dimension ``axis`` of vectors, and no dimension had labels."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import xarray as xr
 from warp_rods.rods.variables import FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
 
 RENAMED = {"bend": "bending_stiffness", "twist": "twist_stiffness"}
-"""Stiffnesses whose names were those of strains."""
+"""Earlier names of stiffnesses, and the present ones."""
 
 
 def labelled(dataset: xr.Dataset) -> xr.Dataset:
-    """A group with the names, dims and labels that it would be written with today, still read lazily."""
+    """A group with the names, dimensions and labels of the present version, still read lazily."""
     dataset = dataset.rename({old: new for old, new in RENAMED.items() if old in dataset})
     today = STATIC | (SWIMMER_VARIABLES if "activity" in dataset else FILAMENT_VARIABLES)
     vectors = {name: today[name] for name in map(str, dataset.data_vars) if name in today and today[name].components}

@@ -1,4 +1,4 @@
-"""When a run saves its frames, and the steps between them."""
+"""The times at which a run saves frames, and the steps between them."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ MOST_STEPS, MOST_FRAMES = 1e10, 1e6
 
 @dataclass(frozen=True)
 class Frames:
-    """When frames are saved, and the steps between them."""
+    """Times of the frames, and numbers of steps between them."""
 
     times: np.ndarray
-    """[frame], the first 0."""
+    """[frame]; the first is 0."""
     steps: np.ndarray
-    """[frame]: steps that lead to each, the first 0."""
+    """Steps from the previous frame [frame]; the first is 0."""
 
     @property
     def last(self) -> int:
-        """The number of the last frame."""
+        """The index of the last frame."""
         return len(self.times) - 1
 
     @property
@@ -37,11 +37,11 @@ class Frames:
 
     @classmethod
     def plan(cls, end: float, every: float, step: float) -> Frames:
-        """Frames each ``every`` and at ``end``, with equal steps of at most ``step`` from one to the next."""
+        """Frames at multiples of ``every`` and at ``end``, with equal steps of at most ``step`` between two frames."""
         if not end / every < MOST_FRAMES:
             raise SceneError(f"time.save_every = {every:g}: {end / every:.3g} frames are too many; save less often")
         count = math.floor(end / every + 1e-9)
-        times = every * np.arange(count + 1)  # the last too where it is the end: a longer run has the same
+        times = every * np.arange(count + 1)  # a longer run has the same times
         if times[-1] < end * (1 - 1e-9):
             times = np.append(times, end)
         spans = np.diff(times, prepend=0.0)

@@ -1,4 +1,4 @@
-"""Functions that a simulation calls as it goes: *when* (a cadence) is separate from *what* (the function)."""
+"""Functions that a simulation calls during a run: a cadence says when, a function says what."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class Cadence(Protocol):
     """When a hook is due."""
 
     def count(self, simulation: Simulation) -> int:
-        """How many times it has come due until now, the start included."""
+        """The number of times it has become due so far, the start included."""
 
 
 @dataclass(frozen=True)
 class Every:
-    """Due at the start and then each so many planned ``steps``, or each so much ``time``; made by ``every``."""
+    """Due at the start and then after every ``steps`` planned steps or every interval of ``time``; see ``every``."""
 
     steps: int | None = None
     time: float | None = None
 
     def count(self, simulation: Simulation) -> int:
-        """How many times it has come due until now, the start included."""
+        """The number of times it has become due so far, the start included."""
         if self.steps is not None:
             return simulation.steps_taken // self.steps + 1
         assert self.time is not None
@@ -37,17 +37,17 @@ class Every:
 
 @dataclass(frozen=True)
 class EveryFrame:
-    """Due when the simulation reaches a frame that is saved."""
+    """Due at every frame."""
 
     def count(self, simulation: Simulation) -> int:
-        """How many frames have been reached, the first included."""
+        """The number of frames reached, the first included."""
         return simulation.frame + 1
 
 
 def every(steps: int | None = None, time: float | None = None) -> Every:
-    """The cadence of each so many steps or each so much time, one of them; raises SceneError for neither or both."""
+    """The cadence of a number of steps or of an interval of time; raises SceneError unless one of them is given."""
     if (steps is None) == (time is None):
-        raise SceneError("every: give steps or time, one of them")
+        raise SceneError("every: give steps or time, and not both")
     if steps is not None and (isinstance(steps, bool) or int(steps) != steps or steps < 1):
         raise SceneError(f"every: steps = {steps!r}: must be a whole number, 1 or more")
     if time is not None and not 0 < time < math.inf:
@@ -57,19 +57,19 @@ def every(steps: int | None = None, time: float | None = None) -> Every:
 
 @dataclass
 class Hook:
-    """A ``function`` of the simulation, called whenever its ``cadence`` has come due since the last call."""
+    """A ``function`` of the simulation that is called when its ``cadence`` is due."""
 
     cadence: Cadence
     function: Callable[[Simulation], Any]
     called: int = 0
 
     def call_if_due(self, simulation: Simulation) -> None:
-        """Call the function once, however often it has come due."""
+        """Call the function once if it has become due since the last call."""
         count = self.cadence.count(simulation)
         if count > self.called:
             self.called = count
             self.function(simulation)
 
     def skip_past(self, simulation: Simulation) -> None:
-        """Let what has come due until now count as called: the simulation was put where it is."""
+        """Do not call the function for times before the present one, from which a restored simulation continues."""
         self.called = self.cadence.count(simulation)

@@ -1,4 +1,4 @@
-"""From a scene to ensembles laid out on a device. One row of ``BUILDERS`` a kind of rod."""
+"""The ensembles of a scene on a device. One row of ``BUILDERS`` for each kind of rod."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.contact import arrangements as crowd
-from warp_rods.contact import barrier
+from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
+from warp_rods.contact.barrier import barrier_warnings
 from warp_rods.contact.overlap import Space, overlapping, without_overlap
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
@@ -28,20 +28,21 @@ from warp_rods.scene.tables import Steric
 from warp_rods.simulation.surfaces import build_surfaces
 
 SWIMMER_STEP = 1e-3
-"""Held for every swimmer tried, of thesis Figs 4.1-4.3; twice it loses the one of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2)."""
-FINE_ENOUGH = 0.3
-"""Radians of bending a cell up to which second order means about a per cent."""
+"""Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
+LARGEST_ANGLE = 0.3
+"""Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
-"""Times of a run at which a moving membrane is looked at for bounds of the step and of the nodes."""
-DEEP = 0.5
-"""Of the steric core: rods that start closer are told; the force of a crossing is largest at about that distance."""
+"""Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
 LIMIT_SAMPLES = 400
-"""Points of the surface at which the orientation stiffness is looked at."""
+"""Points of the surface at which the orientation stiffness is evaluated."""
+CLOSE_START = 0.5
+"""Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
+largest at about that distance."""
 
 
 @dataclass
 class Layout:
-    """Ensembles by name, the bounds that they set on the step, and lines for the user."""
+    """Ensembles by name, their bounds on the time step, and lines for the user."""
 
     scene: Scene
     device: Any
@@ -51,28 +52,30 @@ class Layout:
     """The surface of the box."""
     ensembles: dict[str, Any] = field(default_factory=dict)
     limits: dict[str, StepLimit] = field(default_factory=dict)
-    crowds: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
-    """Poses of swimmers that are arranged together, by arrangement and name."""
+    arranged: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
+    """Poses of swimmers that are placed together, by arrangement and name."""
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def random(self, name: str) -> np.random.Generator:
-        """A generator of its own for each ensemble, so that adding one does not move the others."""
+        """A random generator for one ensemble, so that an additional ensemble does not change the others."""
         return np.random.default_rng([self.scene.seed, *name.encode()])
 
     @property
     def points(self) -> np.ndarray:
-        """Nodes [n, 3] of all that has been laid out."""
+        """Nodes [n, 3] of all ensembles so far."""
         return np.concatenate([np.empty((0, 3)), *(e.position.reshape(-1, 3) for e in self.ensembles.values())])
 
 
 def lay_out(scene: Scene, device) -> Layout:
-    """Every ensemble of the scene on the device; raises SceneError naming the table that cannot be laid out."""
+    """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
     layout = Layout(scene, device, *build_surfaces(scene))
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
-        layout.notes.append("surface: φ changes sign on the faces of its box: an open patch, cut at the box")
+        layout.notes.append(
+            "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
+        )
     tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
-    # Rods that find their places themselves keep clear of those whose places are given, wherever these stand.
+    # Given placements come first, because rods placed at random must keep their distance from them.
     for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):
         try:
             BUILDERS[kind](layout, table)
@@ -83,40 +86,40 @@ def lay_out(scene: Scene, device) -> Layout:
         sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
         layout.notes.append(f"box: periods {sides}, {sum(t.count for t in scene.swimmers)} swimmers")
     for table in scene.swimmers:
-        if out := crowd.outside(scene, layout.container, layout.ensembles[table.name].position):
+        if out := count_outside(scene, layout.container, layout.ensembles[table.name].position):
             layout.warnings.append(
-                f"{table.name}: {out} rods start through a wall of the box and will be flung back: place them inside"
+                f"{table.name}: {out} rods start beyond a wall of the box, which will push them hard; place them inside"
             )
     if scene.steric and scene.steric.strength > 0:
-        layout.warnings += _steric_doubts(layout, scene.steric)
+        layout.warnings += _steric_warnings(layout, scene.steric)
     return layout
 
 
-def _steric_doubts(layout: Layout, steric: Steric) -> list[str]:
-    """Lines on what rods may pass through each other."""
+def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
+    """Warnings if rods may pass through each other."""
     found = []
     for name, rods in layout.ensembles.items():
-        spacing, swims = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
-        found += barrier.doubts(name, spacing, steric.strength, steric.range, steric.core, swims)
+        spacing, swimmers = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
+        found += barrier_warnings(name, spacing, steric.strength, steric.range, steric.core, swimmers)
     period = min((side for side in layout.scene.period if side), default=np.inf)
     if layout.scene.swimmers and period < 1 + steric.core:
         found.append(
-            f"the box is {period:.3g} wide, no more than a swimmer and the core: a swimmer may meet its own image, and "
-            f"starts where it is in its own way; make the box wider"
+            f"the box is {period:.3g} wide, less than the length of a swimmer plus the core: a swimmer may touch its "
+            f"own image; make the box wider"
         )
     lines = [rods.position for rods in layout.ensembles.values()]
-    pairs = overlapping(lines, DEEP * steric.core, np.array(layout.scene.period))
+    pairs = overlapping(lines, CLOSE_START * steric.core, np.array(layout.scene.period))
     if pairs:
         found.append(
-            f"{pairs} pairs of rods start closer than {DEEP:g} of the steric core, where it hardly parts them, and "
-            f"not at all where they coincide: place them farther apart, or in a [box] at random"
+            f"{pairs} pairs of rods start closer than {CLOSE_START:g} of the steric core, where the force between them "
+            f"is weak, and zero where they coincide: place them farther apart, or at random in a [box]"
         )
     return found
 
 
 def _filaments(layout: Layout, table: Filaments) -> None:
     surface, scene = layout.surface, layout.scene
-    assert surface is not None  # the scene is refused without one
+    assert surface is not None  # a scene of filaments without a surface is refused
     times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
     for time in times:
         _check_length(surface.at(time), table)
@@ -126,7 +129,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
             "length": each_rod(table.length, table.count)[rods],
             **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
         }
-        growth = None if table.growth is None else _some(table.growth, rods, table.count)
+        growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
         return BoundRods(
             surface, position, direction, nodes=table.nodes, ends=table.ends, growth=growth, **parameters, **placed,
             device=layout.device,
@@ -137,8 +140,8 @@ def _filaments(layout: Layout, table: Filaments) -> None:
         rods = build(position, direction)
     else:
         p = table.placement
-        turn = each_node(p.geodesic_curvature, table.count, table.nodes)
-        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=turn)
+        geodesic = each_node(p.geodesic_curvature, table.count, table.nodes)
+        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
@@ -150,20 +153,20 @@ def _filaments(layout: Layout, table: Filaments) -> None:
 
 
 def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[str]:
-    """A line where nodes are too far apart for the surface's curvature or the preferred one."""
+    """A warning if the spacing of nodes is too large for the curvature of the surface or the intrinsic curvature."""
     spacing = float(np.max(table.length)) / (table.nodes - 1)
-    bend = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
-    sharpest = max(float(bend), float(np.abs(table.intrinsic).max()))
-    if spacing * sharpest <= FINE_ENOUGH:
+    principal = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
+    largest = max(float(principal), float(np.abs(table.intrinsic).max()))
+    if spacing * largest <= LARGEST_ANGLE:
         return []
-    nodes = math.ceil(float(np.max(table.length)) * sharpest / FINE_ENOUGH) + 1
+    nodes = math.ceil(float(np.max(table.length)) * largest / LARGEST_ANGLE) + 1
     return [
-        f"{table.name}: nodes are {spacing:.3g} apart where curvatures reach {sharpest:.3g}: turning by more than "
-        f"{FINE_ENOUGH} a cell is coarse; use {nodes} nodes or more"
+        f"{table.name}: nodes are {spacing:.3g} apart and curvatures reach {largest:.3g}: bending by more than "
+        f"{LARGEST_ANGLE} radians per cell is not well resolved; use {nodes} nodes or more"
     ]
 
 
-def _some(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
+def _growth_of(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
     return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
@@ -171,19 +174,19 @@ def _some(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
 
 def _check_length(surface: Surface, table: Filaments) -> None:
     low, high = surface.box
-    around = math.pi * float((high - low).max()) / SPARE
+    circumference = math.pi * float((high - low).max()) / SPARE
     growth = table.growth
     grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
     length = max(float(np.max(v)) for v in (table.length, *grown))
-    if surface.closed and length > around:
+    if surface.closed and length > circumference:
         raise SceneError(
-            f"length = {length:g}: longer than once round the {surface.kind}'s widest extent, {around:.4g}: it would "
-            f"lie on itself; use a shorter filament or a larger surface"
+            f"length = {length:g}: larger than the circumference of the {surface.kind}, {circumference:.4g}: the "
+            f"filament would overlap itself; use a shorter filament or a larger surface"
         )
 
 
 def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
-    """Uniform in area, isotropic in angle; with sterics, no two closer than the core or a node spacing."""
+    """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
     if steric is None:
@@ -217,11 +220,11 @@ def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
 
 
 def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarray]]:
-    """Middle points and frames of all swimmers with this placement, which find their places together, by name."""
+    """Middle points and frames of all swimmers with this placement, which are placed together, by name."""
     tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
     shapes = {table.name: _free_rods(layout, table).position for table in tables}
     rng = layout.random(arrangement)
-    poses, note = crowd.arranged(arrangement, layout.scene, layout.container, shapes, layout.points, rng)
+    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.points, rng)
     layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
     return poses
 
@@ -229,13 +232,13 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
 def _swimmers(layout: Layout, table: Swimmers) -> None:
     placed: dict[str, np.ndarray] = {}
     if isinstance(table.placement, str):
-        if table.placement not in layout.crowds:
-            layout.crowds[table.placement] = _arranged(layout, table.placement)
-        placed = layout.crowds[table.placement][table.name]
+        if table.placement not in layout.arranged:
+            layout.arranged[table.placement] = _arranged(layout, table.placement)
+        placed = layout.arranged[table.placement][table.name]
     elif table.placement is not None:
-        placed = crowd.given(table.placement.position, table.placement.direction)
+        placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "the step that the scheme was shown to hold (model §2)")
+    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §3.9")
     wall = layout.scene.box and layout.scene.box.wall
     if wall:
         drag = float(np.min(table.drag_ratio))
@@ -243,4 +246,4 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
 
 
 BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}
-"""Scene table → builder that adds an ensemble to the layout."""
+"""Table of the scene → function that adds an ensemble to the layout."""

@@ -1,4 +1,4 @@
-"""The loop: steps from frame to frame, with what rods feel of each other, and hooks. It knows no physics."""
+"""The simulation loop: steps from frame to frame under contact forces, and hooks."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.watch import EnergyWatch
 
 FEWEST_STEPS = 1000
-"""Steps that a run takes at least when the scene names none: bounds are of stability, this is for accuracy."""
+"""Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
 
 
 class Simulation:
-    """A scene set up on a device: ensembles placed, forces and step chosen.
+    """A scene on a device: its surfaces, ensembles, contact forces and time step.
 
-    Raises SceneError for what only shows when a scene is laid out: a filament too long for its surface, a
-    surface without points, rods that do not fit. ``notes`` and ``warnings`` are lines for the user.
+    ``notes`` and ``warnings`` are lines for the user. Raises SceneError for faults that the check of a scene does not
+    find, such as a filament too long for its surface, a surface without points, or rods that do not fit.
     """
 
     def __init__(self, scene: Scene, device: str | None = None):
@@ -38,7 +38,7 @@ class Simulation:
         self.notes = laid_out.notes
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
-        self._surroundings.refresh()
+        self._surroundings.rebuild_lists()
         self.contact = Contact(self.ensembles, self._surroundings, self.device)
         self.step_size, self.warnings = self._choose_step(laid_out.limits)
         self.warnings += laid_out.warnings
@@ -48,35 +48,35 @@ class Simulation:
             self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
         self.frame = 0
         self.steps_taken = 0
-        """Planned steps since the start; one that contact cuts into parts counts once."""
+        """Planned steps since the start; a step that contact divides into substeps counts once."""
         self.stopped: str | None = None
-        """Why a hook ended the run, if one did."""
+        """The reason given by the hook that ended the run, if one did."""
         self._hooks: list[Hook] = []
-        self._watch_anew()
+        self._reset_warnings()
 
     def __repr__(self) -> str:
         ensembles = ", ".join(f"{e.count} {name}" for name, e in self.ensembles.items())
         return f"<Simulation of {ensembles} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
-        """The scene's step, or a safe share of the smallest bound; a line for each bound that it breaks."""
-        wanted = self.scene.time.step
-        if wanted is None:
+        """The step of the scene, or a fraction of the smallest bound; and a warning for each bound that it exceeds."""
+        given = self.scene.time.step
+        if given is None:
             smallest = min(limit.step for limit in limits.values())
             return min(SAFETY * smallest, self.scene.time.save_every, self.scene.time.end / FEWEST_STEPS), []
-        broken = [(name, limit) for name, limit in limits.items() if wanted > limit.step]
-        return wanted, [
-            f"time.step = {wanted:g} is above {limit.step:.3g}, the bound for {name}: {limit.reason}. Beyond it the "
-            f"answer can be wrong without blowing up: use a smaller step, or leave it out to have it chosen."
-            for name, limit in broken
+        exceeded = [(name, limit) for name, limit in limits.items() if given > limit.step]
+        return given, [
+            f"time.step = {given:g} is above {limit.step:.3g}, the bound for {name}: {limit.reason}. Above it the "
+            f"result can be wrong without diverging: use a smaller step, or leave time.step out to have one chosen."
+            for name, limit in exceeded
         ]
 
-    def _watch_anew(self) -> None:
+    def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
-        self._contact_said = False
+        self._contact_warned = False
         self._new_warnings: list[str] = []
 
-    # --- going on ---------------------------------------------------------------------------------------------------
+    # --- advancing ---------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -90,7 +90,7 @@ class Simulation:
 
     @property
     def rods(self) -> int:
-        """Rods of all ensembles."""
+        """The number of rods of all ensembles."""
         return sum(e.count for e in self.ensembles.values())
 
     @property
@@ -99,10 +99,10 @@ class Simulation:
         return self.frame == self.frames.last or self.stopped is not None
 
     def attach(self, cadence: Cadence, function: Callable[[Simulation], Any]) -> None:
-        """Have ``function(simulation)`` called when its cadence comes due: ``wr.every(steps=…)`` or ``every(time=…)``.
+        """Call ``function(simulation)`` at a cadence: ``wr.every(steps=…)`` or ``wr.every(time=…)``.
 
-        It is called after the first step that reaches its time, and at the start; with steric forces after a few
-        steps together, as these may be taken back. It does not change the bits of the run. A function may read
+        It is called at the start and after the first step that reaches its time. With steric forces it is called after
+        a block of steps, because a block may be repeated. The bits of the run do not change. The function may read
         ensembles and call ``stop``.
         """
         self._hooks.append(Hook(cadence, function))
@@ -112,7 +112,7 @@ class Simulation:
         self.stopped = reason
 
     def advance(self) -> Iterator[int]:
-        """Go on to the last frame, calling hooks; yields how many planned steps have been taken since the start."""
+        """Advance to the last frame, calling hooks; yields the number of planned steps since the start."""
         self._call_hooks()
         while not self.finished:
             for _ in self.to_next_frame():
@@ -126,7 +126,7 @@ class Simulation:
             hook.call_if_due(self)
 
     def to_next_frame(self) -> Iterator[int]:
-        """Step to the next frame; yields now and then how many steps of it are done."""
+        """Advance to the next frame; yields from time to time the number of steps taken towards it."""
         target, before = self.frame + 1, self.steps_taken
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
@@ -136,7 +136,7 @@ class Simulation:
         self.frame = target
 
     def warm_up(self) -> None:
-        """Compile and load every kernel of a step and a frame; the state stays as it is."""
+        """Compile and load every kernel of a step and a frame; the state does not change."""
         before, hooks, self._hooks = self.state(), self._hooks, []
         self._surroundings.apply()
         for ensemble in self.ensembles.values():
@@ -144,62 +144,62 @@ class Simulation:
         self.variables()
         self.restore(before)
         self._hooks = hooks
-        self._watch_anew()
+        self._reset_warnings()
 
-    # --- what is read -----------------------------------------------------------------------------------------------
+    # --- readings -----------------------------------------------------------------------------------------------
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
-        """The present frame as the trajectory keeps it: ensemble → variable → values."""
+        """The present frame as it is saved: ensemble → variable → values."""
         self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         if not self._membrane_moves:
-            self._new_warnings += self._energy.look(self.time, found)
+            self._new_warnings += self._energy.check(self.time, found)
         return found
 
     def new_warnings(self) -> list[str]:
-        """A line for each thing seen since this was last asked that throws doubt on the answers."""
-        if self.contact.unresolved and not self._contact_said:
-            self._contact_said = True
+        """Warnings about the results since the last call."""
+        if self.contact.unresolved and not self._contact_warned:
+            self._contact_warned = True
             self._new_warnings.append(
-                f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core in a step, however "
-                f"short: rods may have passed through each other; place them farther apart, or weaken what drives them"
+                f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core even in the "
+                f"shortest steps: rods may have passed through each other; place them apart or use smaller forces"
             )
         found, self._new_warnings = self._new_warnings, []
         return found
 
     def new_failures(self) -> list[str]:
-        """A line for each rod that was lost since this was last asked; RodFailure once all rods are lost."""
-        lines, lost = [], 0
+        """A line for each rod that was frozen since the last call; raises RodFailure if all rods are frozen."""
+        lines, frozen = [], 0
         for name, ensemble in self.ensembles.items():
             for rod, when, what in ensemble.failures():
-                lost += 1
+                frozen += 1
                 if (name, rod) not in self._known_failures:
                     self._known_failures.add((name, rod))
                     lines.append(f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}")
-        if lost == self.rods:
+        if frozen == self.rods:
             raise RodFailure("\n".join([*lines, f"No rod is left: try time.step below {self.step_size:g}."]))
         return lines
 
     # --- state ------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, np.ndarray]:
-        """All that the next step depends on, for a checkpoint."""
+        """Everything that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        return {**arrays, "frame": np.array(self.frame), "parts": np.array(self.contact.parts)}
+        return {**arrays, "frame": np.array(self.frame), "substeps": np.array(self.contact.substeps)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Go back to a ``state`` of the same scene; the next steps have the same bits."""
+        """Return to a ``state`` of the same scene; the next steps have the same bits."""
         for name, ensemble in self.ensembles.items():
             prefix = f"{name}/"
             ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
-        self._surroundings.refresh()
-        self.contact.parts = int(state.get("parts", 1))  # absent in states from before steps were cut
+        self._surroundings.rebuild_lists()
+        self.contact.substeps = int(state.get("substeps", 1))
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
-            raise RunFolderError(f"the run is beyond time.end = {self.scene.time.end:g} already")
+            raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
         if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
-            raise RunFolderError("the run stopped at a time that is no frame of this scene: run it anew")
+            raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
         self.steps_taken = self.frames.steps_to(self.frame)
         for hook in self._hooks:
             hook.skip_past(self)

@@ -1,4 +1,4 @@
-"""What a run says: each line goes to the log of the package, and is kept for the run and its trajectory."""
+"""Messages of a run: each goes to the logger of the package, and is kept for the run and its trajectory."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ LOG = logging.getLogger("warp_rods")
 
 
 class Report:
-    """Lines of one run: ``messages`` holds all of them in order, warnings marked as such."""
+    """The messages of one run. ``messages`` holds all of them in order; warnings begin with "warning: "."""
 
     def __init__(self) -> None:
         self.messages: list[str] = []
 
     def note(self, line: str) -> None:
-        """Something worth knowing."""
+        """Information for the user."""
         self.messages.append(line)
         LOG.info(line)
 
     def warn(self, line: str) -> None:
-        """Something that throws doubt on the answers, or a rod that was lost."""
+        """A warning: the results may be wrong, or a rod was frozen."""
         self.messages.append(f"warning: {line}")
         LOG.warning(line)

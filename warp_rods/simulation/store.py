@@ -1,4 +1,4 @@
-"""The Zarr store under a trajectory: how a group of arrays is laid out, made and found again."""
+"""The Zarr store of a trajectory: groups of arrays and their layout."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from warp_rods.rods.variables import ARC, TIME, Variable
 
 STORE = "trajectory.zarr"
 COMPLETE = "_complete_frames"
-# A chunk is rewritten for each frame that it holds (atomically, by renaming), so it stays small.
+# A chunk is rewritten for each of its frames (atomically, by renaming), so it is kept small.
 _CHUNK_BYTES = 8_192
-# Arrays grow by so many frames at once, a multiple of every chunk: growing costs as much as writing.
+# Number of frames by which arrays grow, a multiple of every chunk; growing an array takes as long as writing a frame.
 GROWTH = 64
 
 
 @dataclass(frozen=True)
 class GroupSpec:
-    """One ensemble: ``rods`` rods of ``nodes`` nodes, what is saved each frame, and what never changes.
+    """The group of one ensemble: ``rods`` rods of ``nodes`` nodes, the variables of a frame, and static arrays.
 
-    ``static`` maps a name to its variable (no ``frame`` dim) and its values.
+    ``static`` maps a name to its variable (without the dimension ``frame``) and its values.
     """
 
     rods: int
@@ -41,14 +41,14 @@ class GroupSpec:
         return tuple(sizes[dim] for dim in variable.dims if dim != "frame")
 
     def labels(self) -> dict[str, tuple[str, ...]]:
-        """The names along each dim that has them."""
+        """The labels of each dimension that has labels."""
         variables = [*self.variables.values(), *(variable for variable, _ in self.static.values())]
         return {variable.dims[-1]: variable.components for variable in variables if variable.components}
 
 
 def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
-    """An ensemble's group with all its arrays: the static ones filled, the others with no frame yet."""
-    # CF's "coordinates" is how xarray.open_datatree tells coordinates from data.
+    """Create the group of an ensemble: static arrays with their values, the others without frames."""
+    # xarray.open_datatree distinguishes coordinates from data by the CF attribute "coordinates".
     group = root.create_group(name, attributes={"coordinates": "time s"})
     for dim, labels in spec.labels().items():
         coordinate = group.create_array(dim, shape=(len(labels),), dtype="str", compressors=None, dimension_names=[dim])
@@ -71,7 +71,7 @@ def _create_array(
         name,
         shape=shape,
         chunks=chunks,
-        compressors=None,  # the digits of a moving rod hardly compress, and it costs a third of the time
+        compressors=None,  # positions hardly compress, and compression would take a third of the time
         dtype=variable.dtype,
         fill_value=np.nan if variable.dtype.startswith("float") else 0,
         dimension_names=variable.dims,
@@ -80,7 +80,7 @@ def _create_array(
 
 
 def open_store(path: Path, mode: Any) -> zarr.Group:
-    """The root of the store at ``path``; raises RunFolderError, saying what to do, where there is none."""
+    """The root of the store at ``path``; raises RunFolderError if there is none."""
     if not (path / "zarr.json").is_file():
         raise RunFolderError(
             f"There is no run in {path.parent}: {path.name} is missing. "
@@ -93,26 +93,26 @@ def open_store(path: Path, mode: Any) -> zarr.Group:
 
 
 def read_array(group: zarr.Group, name: str) -> zarr.Array:
-    """The array of that name (not the group)."""
+    """The array of this name."""
     array = group[name]
     assert isinstance(array, zarr.Array)
     return array
 
 
 def complete_frames(root: zarr.Group) -> int:
-    """How many frames are whole; raises RunFolderError where the store is another program's."""
+    """The number of complete frames; raises RunFolderError if the store is not a trajectory of this package."""
     if COMPLETE not in root:
         raise RunFolderError(f"{root.store_path} is not a trajectory of warp-rods: run the scene again.")
     return int(np.asarray(read_array(root, COMPLETE)[...]))
 
 
 def frame_arrays(group: zarr.Group) -> dict[str, zarr.Array]:
-    """The arrays of a group that grow with the run, by name."""
+    """The arrays of a group that have a dimension ``frame``, by name."""
     arrays = sorted(group.arrays())
     return {name: array for name, array in arrays if dims_of(array)[:1] == ("frame",)}
 
 
 def dims_of(array: zarr.Array) -> tuple[str, ...]:
-    """The names of an array's dimensions."""
+    """The names of the dimensions of an array."""
     names = getattr(array.metadata, "dimension_names", None)  # arrays of Zarr's format 2 have none
     return tuple(name or "" for name in names or ())

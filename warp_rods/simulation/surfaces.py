@@ -8,7 +8,7 @@ from warp_rods.scene.scene import Scene
 
 
 def build_surfaces(scene: Scene) -> tuple[Surface | None, Surface | None]:
-    """The membrane and the container of a scene, each built once; raises SceneError naming the faults of both."""
+    """The membrane and the container of a scene; raises SceneError naming the faults of both."""
     built, faults = [], []
     for path, table in (("surface", scene.surface), ("box.surface", scene.box and scene.box.surface)):
         try:

@@ -1,7 +1,7 @@
-"""The trajectory of a run: a Zarr store with one group an ensemble, written frame by frame.
+"""The trajectory of a run: a Zarr store with one group for each ensemble, written frame by frame.
 
-A frame is data first, then its time, then the count of complete frames: whatever stops a run, the store
-reads up to the last frame that is whole. ``open_run`` and ``xarray.open_datatree`` both read it.
+The variables of a frame are written first, then its time, then the number of complete frames. However a run ends, the
+store can be read up to its last complete frame, by ``open_run`` or by ``xarray.open_datatree``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 import zarr
 from xarray.backends import BackendArray
-from xarray.core import indexing  # as xarray's "How to add a new backend" has it; hence its upper bound in pyproject
+from xarray.core import indexing  # see "How to add a new backend" of xarray; hence the upper bound in pyproject
 
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
@@ -45,7 +45,7 @@ __all__ = [
 
 
 class _Column:
-    """One growing array; keeps the chunk that is being filled, so that it is written and never read back."""
+    """One growing array, with a copy of the chunk that is being filled, so that it is never read back."""
 
     def __init__(self, array: zarr.Array, frames: int) -> None:
         self.array = array
@@ -67,7 +67,7 @@ class _Column:
 
 
 class TrajectoryWriter:
-    """Appends frames to a store; use ``create`` or ``resume``, then ``append``, then ``close``.
+    """Appends frames to a store: ``create`` or ``resume`` it, ``append`` frames, ``close`` it.
 
     ``frames`` is the number of complete frames.
     """
@@ -85,9 +85,9 @@ class TrajectoryWriter:
     def create(
         cls, path: str | Path, groups: Mapping[str, GroupSpec], attributes: Mapping[str, Any]
     ) -> TrajectoryWriter:
-        """A new store at ``path``; ``attributes`` (title, scene, seed, units, …) go to its root.
+        """Create a store at ``path``; its root gets ``attributes`` (title, scene, seed, units, …).
 
-        Raises RunFolderError where something is at ``path`` already.
+        Raises RunFolderError if ``path`` exists.
         """
         path = Path(path)
         if path.exists():
@@ -102,17 +102,17 @@ class TrajectoryWriter:
     def resume(
         cls, path: str | Path, frames: int | None = None, attributes: Mapping[str, Any] | None = None
     ) -> TrajectoryWriter:
-        """Goes on with a store, cut to its complete frames, or to the first ``frames`` of them.
+        """Continue a store after its complete frames, or after the first ``frames`` of them; later frames are removed.
 
-        ``attributes`` of its root are those of the run that goes on: its scene may end later.
+        ``attributes`` of the root are updated: the scene may end later than before.
 
-        Raises RunFolderError where there is no store, or it has fewer than ``frames`` complete frames.
+        Raises RunFolderError if there is no store, or it has fewer than ``frames`` complete frames.
         """
         root = open_store(Path(path), "r+")
         complete = complete_frames(root)
         keep = complete if frames is None else frames
         if not 0 <= keep <= complete:
-            raise RunFolderError(f"{path} has {complete} complete frames, {keep} are needed to go on.")
+            raise RunFolderError(f"{path} has {complete} complete frames, {keep} are needed to resume the run.")
         root.attrs.update(attributes or {})
         read_array(root, COMPLETE)[...] = keep
         for _, group in root.groups():
@@ -121,9 +121,9 @@ class TrajectoryWriter:
         return cls(root, keep)
 
     def append(self, time: float, frames: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-        """Saves one frame: ``frames[group][variable]``, every variable of every group, without frame axis.
+        """Save one frame: ``frames[group][variable]``, every variable of every group, without the frame axis.
 
-        Raises ValueError where a group, a variable or a shape is not the one declared; nothing is written.
+        Raises ValueError, and writes nothing, if a group, variable or shape is not the one declared.
         """
         self._check(frames)
         for name, columns in self._groups.items():
@@ -135,16 +135,16 @@ class TrajectoryWriter:
         self._complete[...] = self.frames
 
     def describe(self, **attributes: Any) -> None:
-        """Sets attributes of the store's root."""
+        """Set attributes of the root of the store."""
         self._root.attrs.update(attributes)
 
     @property
     def messages(self) -> list[str]:
-        """What the run said so far, as the store has it."""
+        """The messages of the run so far, from the store."""
         return list(self._root.attrs.get("messages", []))  # type: ignore[arg-type]
 
     def close(self) -> None:
-        """Cuts the arrays to the frames appended, all of which are on disk already."""
+        """Shorten the arrays to the frames appended, all of which are on disk."""
         for columns in self._groups.values():
             for column in columns.values():
                 column.resize(self.frames)
@@ -161,21 +161,21 @@ class TrajectoryWriter:
 
 
 def open_run(run_dir: str | Path) -> xr.DataTree:
-    """The trajectory of a run, complete frames only, read lazily: one group an ensemble.
+    """The trajectory of a run, complete frames only, read lazily: one group for each ensemble.
 
-    Works while the run goes on and after one that was killed. Raises RunFolderError where there is no run.
+    The run may still be in progress, or have been killed. Raises RunFolderError if there is no run.
     """
     root = open_store(Path(run_dir) / STORE, "r")
     frames = complete_frames(root)
     attributes = dict(root.attrs)
-    # A group by itself still says on which membrane and in which box its rods are.
+    # Each group keeps the scene, which describes its membrane and its box.
     scene = {key: text for key, text in attributes.items() if key == "scene"}
     tree = {name: _dataset(group, frames).assign_attrs(scene) for name, group in sorted(root.groups())}
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), **tree})
 
 
 class _Frames(BackendArray):
-    """A Zarr array cut to its complete frames, for xarray to read lazily."""
+    """A Zarr array up to its last complete frame, read lazily by xarray."""
 
     def __init__(self, array: zarr.Array, shape: tuple[int, ...]) -> None:
         self.array, self.shape, self.dtype = array, shape, array.dtype
@@ -189,14 +189,14 @@ class _Frames(BackendArray):
 
 
 def _dataset(group: zarr.Group, frames: int) -> xr.Dataset:
-    """The variables of an ensemble, read lazily; names along a dim are read at once, as xarray does."""
+    """The variables of an ensemble, read lazily; labels of dimensions are read at once, as in xarray."""
     variables = {}
     for name, array in sorted(group.arrays()):
         dims = dims_of(array)
         if dims == (name,):
             variables[name] = xr.Variable(dims, np.asarray(array[...]).tolist())
             continue
-        # The arrays of a run that goes on, or was stopped, are longer than its complete frames.
+        # Arrays of a run that is in progress or was stopped are longer than the number of complete frames.
         shape = (frames, *array.shape[1:]) if dims[:1] == ("frame",) else array.shape
         lazy = indexing.LazilyIndexedArray(_Frames(array, shape))
         variables[name] = xr.Variable(dims, lazy, dict(array.attrs))

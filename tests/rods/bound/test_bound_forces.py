@@ -1,8 +1,8 @@
 """The forces (5.41), (5.42) and end conditions (D.59)-(D.61) are minus the gradient of the energy.
 
-Formulas of the twin, which the kernels agree with to round-off, on curves resolved to round-off: a motion in the
-surface that keeps arc length, any u2(s) and u1' = Ω u2, changes the energy by −∫(F1 u1 + F2 u2) ds and what the ends
-add (D.58). The motion moves the middle frame and changes Ω by (D.27), so that kinematics is tested with it.
+The formulas are those of the twin, with which the kernels agree to round-off, on curves resolved to round-off. A motion
+in the surface that conserves arc length, with any u2(s) and u1' = Ω u2, changes the energy by −∫(F1 u1 + F2 u2) ds and
+end terms (D.58). The motion moves the middle frame and changes Ω by (D.27), so the kinematics is tested as well.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ MIDDLE = POINTS // 2
 VALUES = chebyshev.chebvander(X, POINTS)
 STEP = 3e-4
 ACCURACY = 1e-9
-"""Of differences of fourth order of the energies of curves known to 1e-13."""
+"""Relative error of differences of fourth order, for energies known to 1e-13."""
 
 
 def coefficients(values):
@@ -31,7 +31,7 @@ def derivative(values, half):
 
 
 def antiderivative(values, half):
-    """∫ from the start."""
+    """∫ from the start of the rod."""
     return VALUES @ chebyshev.chebint(coefficients(values), lbnd=-1) * half
 
 
@@ -40,12 +40,12 @@ def random_points(rng):
 
 
 def parameters(rod):
-    """The twin's rod; it has no spacing here."""
+    """Parameters of a rod for the twin; spacing and drag are not used."""
     return twin.Rod(None, np.nan, STIFFNESS[rod], INTRINSIC[rod], np.full(3, np.nan))
 
 
 class Curve:
-    """A filament by Ω at the points X and the frame of its middle."""
+    """A filament given by Ω at the points X and by the frame of its middle."""
 
     def __init__(self, kind, rod, geodesic, r, q):
         self.half, self.geodesic = LENGTH[rod] / 2, geodesic
@@ -58,26 +58,26 @@ class Curve:
 
 
 def motion(curve, rng):
-    """u1, u2, ω3 and ∂Ω/∂t at the points for a random u2: (D.24), (D.25), (D.27)."""
+    """u1, u2, ω[2] and ∂Ω/∂t at the points for a random u2: (D.24), (D.25), (D.27)."""
     u2 = random_points(rng)
     u1 = rng.normal() + antiderivative(curve.geodesic * u2, curve.half)
     slope = derivative(u2, curve.half)
-    turning = slope + curve.geodesic * u1
+    omega2 = slope + curve.geodesic * u1
     bend = derivative(slope, curve.half) + (curve.geodesic**2 + twin.gaussian(curve.K)) * u2
-    return u1, u2, turning, bend + derivative(curve.geodesic, curve.half) * u1
+    return u1, u2, omega2, bend + derivative(curve.geodesic, curve.half) * u1
 
 
 def moved(kind, rod, curve, velocities, t):
-    """The curve after it has moved for a time t."""
-    u1, u2, turning, rate = velocities
+    """The curve after a motion for the time t."""
+    u1, u2, omega2, rate = velocities
     surface, r, q = TWINS[kind], curve.position[MIDDLE], curve.tangent[MIDDLE]
     n = surface.normal(r)
     q1 = np.cross(n, q)
-    nod = -curve.K[MIDDLE, 0] * u1[MIDDLE] - curve.K[MIDDLE, 1] * u2[MIDDLE]
+    omega1 = -curve.K[MIDDLE, 0] * u1[MIDDLE] - curve.K[MIDDLE, 1] * u2[MIDDLE]
     x = r + t * (u1[MIDDLE] * q + u2[MIDDLE] * q1)
     for _ in range(4):
         x = surface.newton(x)
-    tangent = surface.frame(x, q + t * (turning[MIDDLE] * q1 - nod * n))[:, 0]
+    tangent = surface.frame(x, q + t * (omega2[MIDDLE] * q1 - omega1 * n))[:, 0]
     return Curve(kind, rod, curve.geodesic + t * rate, x, tangent)
 
 
@@ -88,14 +88,14 @@ def energy_rate(kind, rod, curve, velocities):
 
 
 def virtual_power(curve, velocities, tension):
-    """−∫(F1 u1 + F2 u2) ds and the ends' (D.58); any λ(s) must do, for it does no work."""
-    u1, u2, turning, _rate = velocities
+    """−∫(F1 u1 + F2 u2) ds and the end terms (D.58); the result does not depend on λ(s), which does no work."""
+    u1, u2, omega2, _rate = velocities
     K, m, geodesic, half = curve.K, curve.moment, curve.geodesic, curve.half
     dm = derivative(m, half)
     dshear = derivative(twin.shear(K, m), half)
     F1 = derivative(tension, half) + twin.tangential_force(twin.strain(K, geodesic), dm, 0.0)
     F2 = geodesic * tension + twin.transverse_force(K, geodesic, m, dm, derivative(dm[:, 2], half), dshear, 0.0)
-    at_ends = (tension - twin.end_tension(K, m)) * u1 - (dm[:, 2] - twin.end_slope(K, m)) * u2 + m[:, 2] * turning
+    at_ends = (tension - twin.end_tension(K, m)) * u1 - (dm[:, 2] - twin.end_slope(K, m)) * u2 + m[:, 2] * omega2
     return at_ends[-1] - at_ends[0] - antiderivative(F1 * u1 + F2 * u2, half)[-1]
 
 

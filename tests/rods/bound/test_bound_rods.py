@@ -1,6 +1,7 @@
-"""Surface-bound filaments against exact answers (model §3, "What is known of the answers") and their orders.
+"""Surface-bound filaments against exact solutions (docs/model.md §7), and orders of accuracy.
 
-Policy: closed forms, conservation laws and fitted slopes only; every tolerance is round-off or tied to the order.
+References are closed forms and conservation laws, orders are fitted slopes. Every tolerance is round-off or follows
+from the order.
 """
 
 from itertools import pairwise
@@ -15,7 +16,7 @@ from warp_rods.rods.modes import beam_mode
 
 ORDER = pytest.approx(2.0, abs=0.2)
 TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
-EVERYTHING = {
+PARAMETERS = {
     "length": 1.2,
     "stiffness": (1.0, 1.2, 0.8),
     "intrinsic": (0.7, 1.0, 0.3),
@@ -28,16 +29,16 @@ def arc(nodes: int) -> np.ndarray:
 
 
 def on_torus(nodes: int, device: str = "cpu") -> BoundRods:
-    """A bent filament across the torus with every coefficient at work."""
+    """A bent filament across the torus, with all coefficients different from zero."""
     s = arc(nodes)
     turn = 0.3 + 2 * np.cos(np.pi * s) ** 4 * np.sin(5 * s + 1)
     return BoundRods(
-        TORUS, [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, geodesic_curvature=turn, device=device, **EVERYTHING
+        TORUS, [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, geodesic_curvature=turn, device=device, **PARAMETERS
     )
 
 
 def decay_rate(rods: BoundRods, rate: float) -> float:
-    """Rate at which a small geodesic curvature decays, seen over one time constant after half of one."""
+    """Decay rate of a small geodesic curvature, measured over one time constant after half a time constant."""
     dt = 2e-3 / rate
     rods.step(dt, 250)
     first = rods.strain[0, rods.middle, 2]
@@ -45,7 +46,7 @@ def decay_rate(rods: BoundRods, rate: float) -> float:
     return float(np.log(first / rods.strain[0, rods.middle, 2]) / (500 * dt))
 
 
-def test_decays_on_the_plane_as_a_beam_does(device):
+def test_a_filament_on_the_plane_decays_like_a_beam(device):
     rods = BoundRods(
         surfaces.make("plane", {}), [[0, 0, 0]], [[1, 0, 0]], nodes=65, device=device,
         geodesic_curvature=1e-4 * beam_mode(0, arc(65)), drag=(1.0, 2.0, 0.1), stiffness=(1.0, 1.0, 0.7),
@@ -55,7 +56,7 @@ def test_decays_on_the_plane_as_a_beam_does(device):
 
 
 @pytest.mark.parametrize("extra", [(1.0, 0.0), (4.0, 2.0)], ids=["plain", "with B2, σ2"])
-def test_decays_on_the_sphere_whatever_normal_bending(device, extra):
+def test_the_decay_on_a_sphere_does_not_depend_on_normal_bending(device, extra):
     radius, length, drag = 0.8, 1.1, (1.0, 2.0, 0.3)
     rods = BoundRods(
         surfaces.make("sphere", {"radius": radius}), [[radius, 0, 0]], [[0, 1, 0]], nodes=65, length=length,
@@ -66,7 +67,7 @@ def test_decays_on_the_sphere_whatever_normal_bending(device, extra):
     assert decay_rate(rods, exact) == pytest.approx(exact, rel=0.012)
 
 
-def test_relaxes_to_a_great_circle():
+def test_a_filament_on_a_sphere_relaxes_to_a_great_circle():
     rods = BoundRods(
         surfaces.make("sphere", {"radius": 1.0}), [[1, 0, 0]], [[0, 1, 1]], nodes=33, length=2.0,
         geodesic_curvature=3 * beam_mode(1, arc(33)),
@@ -86,7 +87,7 @@ CYLINDER = [
 
 
 @pytest.mark.parametrize(("stiffness", "intrinsic"), CYLINDER)
-def test_settles_at_the_angle_of_least_energy_on_a_cylinder(stiffness, intrinsic):
+def test_a_filament_on_a_cylinder_relaxes_to_the_angle_of_least_energy(stiffness, intrinsic):
     radius = 0.7
     start = np.array([-1.2, -0.6, -0.1, 0.1, 0.6, 1.2])
     direction = np.stack([0 * start, np.cos(start), np.sin(start)], axis=-1)
@@ -96,8 +97,8 @@ def test_settles_at_the_angle_of_least_energy_on_a_cylinder(stiffness, intrinsic
     )  # fmt: skip
     rods.step(4e-3, 10_000)
     t = rods.rotation[:, rods.middle, :, 0]
-    around = np.cross([0, 0, 1], rods.position[:, rods.middle] / radius)
-    found = np.arctan(t[:, 2] / np.einsum("ij,ij->i", t, around))
+    azimuthal = np.cross([0, 0, 1], rods.position[:, rods.middle] / radius)
+    found = np.arctan(t[:, 2] / np.einsum("ij,ij->i", t, azimuthal))
     allowed = cylinder_angles(stiffness, intrinsic, radius)
     nearest = np.abs(found[:, None] - allowed).min(axis=1)
     assert nearest.max() < 1e-6
@@ -117,7 +118,7 @@ def test_two_hands_are_degenerate_on_a_cylinder_only_without_twist():
 
 
 def slope(differences) -> float:
-    """Order from successive differences of answers, each at half the step of the one before."""
+    """Order from successive differences of solutions, each with half the step of the previous one."""
     return float(np.polyfit(np.arange(len(differences)), -np.log2(differences), 1)[0])
 
 
@@ -135,7 +136,7 @@ def test_second_order_in_time(device):
     lines = []
     for step in (2e-3, 1e-3, 5e-4, 2.5e-4):
         rods = on_torus(33, device)
-        rods.step(2.5e-5, 2000)  # past the fast start, by the same road
+        rods.step(2.5e-5, 2000)  # the fast initial relaxation, with the same steps in every run
         rods.step(step, round(0.1 / step))
         lines.append(rods.position[0])
     errors = [np.abs(a - b).max() for a, b in pairwise(lines)]
@@ -169,13 +170,13 @@ def identity_residual(nodes: int) -> float:
     return abs((energy[2] - energy[0]) / (2 * dt) + dissipated[1]) / dissipated[1]
 
 
-def test_loses_the_energy_that_it_dissipates():
+def test_the_energy_decreases_by_the_dissipation():
     residuals = [identity_residual(nodes) for nodes in (17, 33, 65)]
     assert residuals[0] / residuals[1] > 4 * 0.85 and residuals[1] / residuals[2] > 4 * 0.85
     assert residuals[2] < 1e-3
 
 
-def test_stays_on_the_surface_with_its_length(device):
+def test_a_filament_stays_on_the_surface_and_keeps_its_length(device):
     rods = on_torus(33, device)
     for _ in range(10):
         rods.step(1e-3, 100)
@@ -185,19 +186,19 @@ def test_stays_on_the_surface_with_its_length(device):
         assert values["arc_length"][0] < 1e-9
 
 
-def test_rods_of_a_batch_do_not_feel_each_other():
-    """One rod gives the same bits alone and among others with other parameters."""
+def test_a_rod_does_not_depend_on_its_batch():
+    """The bits are the same alone and together with rods of other parameters."""
     alone = on_torus(33)
     position, direction = [[1.3, 0.1, 0.25], [0.0, 1.4, 0.0]], [[0.3, 1.0, 0.4], [1.0, 0.0, 0.3]]
     turn = np.stack([alone.strain[0, :, 2], 0 * arc(33)])
-    each = {key: [value, np.multiply(value, 1.3)] for key, value in EVERYTHING.items()}
+    each = {key: [value, np.multiply(value, 1.3)] for key, value in PARAMETERS.items()}
     batch = BoundRods(TORUS, position, direction, nodes=33, geodesic_curvature=turn, **each)
     alone.step(1e-3, 50)
     batch.step(1e-3, 50)
     np.testing.assert_array_equal(batch.position[0], alone.position[0])
 
 
-def test_state_restores_to_the_same_bits(device):
+def test_a_restored_state_continues_with_the_same_bits(device):
     rods = on_torus(33, device)
     rods.step(1e-3, 20)
     state = rods.state()
@@ -211,7 +212,7 @@ def test_state_restores_to_the_same_bits(device):
     np.testing.assert_array_equal(other.position, expected)
 
 
-def test_a_rod_that_fails_is_frozen_and_named_and_the_others_go_on():
+def test_a_failing_rod_is_frozen_and_named_and_the_others_continue():
     rods = BoundRods(TORUS, [[1.4, 0, 0]] * 2, [[0, 1, 0.2]] * 2, nodes=33, length=[0.5, 0.6])
     force = np.zeros((2, 33, 3))
     force[1, 16] = np.nan
@@ -226,8 +227,8 @@ def test_a_rod_that_fails_is_frozen_and_named_and_the_others_go_on():
     assert np.abs(rods.position[0] - before).max() > 0
 
 
-def test_a_force_moves_a_straight_filament_by_the_drags():
-    """On the plane u = (f∥/ζ∥, f⊥/ζ⊥): the sign and frame of an external force."""
+def test_a_force_moves_a_straight_filament_against_the_drag():
+    """On the plane u = (f∥/ζ∥, f⊥/ζ⊥): tests sign and frame of an external force."""
     rods = BoundRods(surfaces.make("plane", {}), [[0, 0, 0]], [[1, 0, 0]], drag=(1.0, 2.0, 0.1))
     rods.force = np.array([0.3, 0.5, 0.0])
     start = rods.position

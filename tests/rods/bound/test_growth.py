@@ -1,4 +1,4 @@
-"""Clamped ends and growth (model §3): exact answers, power balance, orders, remeshing."""
+"""Clamped ends and growth (docs/model.md §3.3, §3.8): exact solutions, power balance, orders, refinement."""
 
 from itertools import pairwise
 
@@ -14,14 +14,14 @@ from warp_rods.rods.bound.rods import BoundRods
 ORDER = pytest.approx(2.0, abs=0.2)
 CLAMPED = {"at": "start", "ends": ("clamped", "free")}
 TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
-EVERYTHING = {"stiffness": (1.0, 1.2, 0.8), "intrinsic": (0.7, 1.0, 0.3), "drag": (1.0, 2.0, 0.3)}
+PARAMETERS = {"stiffness": (1.0, 1.2, 0.8), "intrinsic": (0.7, 1.0, 0.3), "drag": (1.0, 2.0, 0.3)}
 
 
 def on_torus(nodes: int, device: str = "cpu", **changes) -> BoundRods:
-    """A filament from a nucleation site on the torus, every coefficient at work, smooth at its free end."""
+    """A filament from a nucleation site on the torus, with all coefficients non-zero and smooth at its free end."""
     x = np.linspace(0, 1, nodes)
-    turn = EVERYTHING["intrinsic"][2] + (1 - x) ** 4 * (1 + 4 * x)
-    settings = {"length": 0.6, **CLAMPED, **EVERYTHING, **changes}
+    turn = PARAMETERS["intrinsic"][2] + (1 - x) ** 4 * (1 + 4 * x)
+    settings = {"length": 0.6, **CLAMPED, **PARAMETERS, **changes}
     return BoundRods(
         TORUS, [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, geodesic_curvature=turn, device=device, **settings
     )
@@ -36,7 +36,7 @@ def cantilever(nodes: int) -> tuple[float, np.ndarray]:
 
 
 @pytest.mark.parametrize("ends", [("clamped", "free"), ("free", "clamped")])
-def test_a_cantilever_on_the_plane_decays_as_a_beam_does(device, ends):
+def test_a_cantilever_on_the_plane_decays_like_a_beam(device, ends):
     root, mode = cantilever(65)
     turn = 1e-4 * (mode if ends[0] == "clamped" else mode[::-1])
     rods = BoundRods(
@@ -47,21 +47,21 @@ def test_a_cantilever_on_the_plane_decays_as_a_beam_does(device, ends):
     rods.step(1e-3 / rate, 500)
     first = rods.strain[0, :, 2]
     rods.step(1e-3 / rate, 1000)
-    fastest = np.abs(first).argmax()
-    assert np.log(first[fastest] / rods.strain[0, fastest, 2]) == pytest.approx(1.0, rel=1e-3)
+    node = np.abs(first).argmax()
+    assert np.log(first[node] / rods.strain[0, node, 2]) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(("ends", "node"), [(("clamped", "free"), 0), (("free", "clamped"), -1)])
-def test_a_clamped_end_stays_to_the_bit(ends, node):
+def test_a_clamped_end_does_not_move_by_a_bit(ends, node):
     rods = on_torus(33, ends=ends)
-    where, frame = rods.position[0, node], rods.rotation[0, node]
+    position, rotation = rods.position[0, node], rods.rotation[0, node]
     rods.step(1e-3, 200)
-    np.testing.assert_array_equal(rods.position[0, node], where)
-    np.testing.assert_array_equal(rods.rotation[0, node], frame)
+    np.testing.assert_array_equal(rods.position[0, node], position)
+    np.testing.assert_array_equal(rods.rotation[0, node], rotation)
 
 
-def test_both_ends_clamped_stay_ever_better_with_the_step():
-    """The far clamp is held through the velocities: it drifts, ever less with Δt, and by less than the rod bends."""
+def test_the_drift_of_a_second_clamped_end_decreases_with_the_step():
+    """The last end is clamped through its velocities; its drift vanishes with Δt and is small compared with bending."""
     drifts = []
     for step in (4e-4, 1e-4):
         rods = on_torus(65, ends=("clamped", "clamped"))
@@ -118,8 +118,8 @@ def test_growth_is_second_order_in_space_and_time(device):
     assert orders(lines) > 1.8
 
 
-def test_growth_to_four_times_the_length_remeshes_without_a_jump():
-    """Against a run with the finest nodes throughout; saved at the nodes that it began with."""
+def test_refinement_during_growth_to_four_times_the_length_is_smooth():
+    """Against a run with the finest grid throughout. Frames are saved at the nodes of the start."""
     grown = {"rate": 1.5, "until": 2.4}
     rods, fine = on_torus(17, growth={**grown, "spacing": 0.04}), on_torus(65, growth=grown)
     energies, sizes = [], []
@@ -131,12 +131,12 @@ def test_growth_to_four_times_the_length_remeshes_without_a_jump():
     assert sorted(set(sizes)) == [17, 33, 65]
     assert rods.variables()["position"].shape == (1, 17, 3)
     assert rods.variables()["length"][0] == pytest.approx(2.4)
-    mine, theirs = np.array(energies).T
-    np.testing.assert_allclose(mine, theirs, rtol=3e-3)
+    refined, expected = np.array(energies).T
+    np.testing.assert_allclose(refined, expected, rtol=3e-3)
     np.testing.assert_allclose(rods.variables()["position"][0], fine.position[0, ::4], atol=2e-4)
 
 
-def test_a_refined_state_restores_to_the_same_bits():
+def test_a_refined_state_continues_with_the_same_bits():
     grown = {"rate": 1.5, "until": 2.4, "spacing": 0.06}
     rods = on_torus(17, growth=grown)
     rods.step(2e-3, 200)
@@ -149,14 +149,14 @@ def test_a_refined_state_restores_to_the_same_bits():
     np.testing.assert_array_equal(other.position, rods.position)
 
 
-def test_growth_waits_stops_and_follows_a_table():
+def test_growth_starts_and_stops_at_given_times_and_follows_a_table():
     length = np.array([1.0, 2.0])
-    waiting = growth.knots({"rate": np.array([1.0, 2.0]), "until": 3.0, "start": 0.5}, length)
-    np.testing.assert_allclose(growth.length_at(waiting, 0.4), [1.0, 2.0])
-    np.testing.assert_allclose(growth.length_at(waiting, 0.75), [1.25, 2.5])
-    np.testing.assert_allclose(growth.rate_at(waiting, 0.75), [1.0, 2.0])
-    np.testing.assert_allclose(growth.length_at(waiting, 9.0), [3.0, 3.0])
-    np.testing.assert_allclose(growth.rate_at(waiting, 9.0), 0.0)
+    late = growth.knots({"rate": np.array([1.0, 2.0]), "until": 3.0, "start": 0.5}, length)
+    np.testing.assert_allclose(growth.length_at(late, 0.4), [1.0, 2.0])
+    np.testing.assert_allclose(growth.length_at(late, 0.75), [1.25, 2.5])
+    np.testing.assert_allclose(growth.rate_at(late, 0.75), [1.0, 2.0])
+    np.testing.assert_allclose(growth.length_at(late, 9.0), [3.0, 3.0])
+    np.testing.assert_allclose(growth.rate_at(late, 9.0), 0.0)
     rods = on_torus(17, growth={"time": [0.0, 0.1, 0.2, 0.3], "length": [0.6, 0.6, 0.8, 0.8]})
     seen = []
     for _ in range(4):
@@ -174,6 +174,6 @@ def test_growth_waits_stops_and_follows_a_table():
         ({"time": [0.0, 1.0], "length": [0.5, 1.0]}, "begin with"),
     ],
 )
-def test_growth_that_cannot_be_is_refused(table, said):
+def test_impossible_growth_is_refused(table, said):
     with pytest.raises(SceneError, match=said):
         on_torus(17, growth=table)

@@ -1,6 +1,7 @@
-"""Membranes that move (docs/moving_membranes.md): exact answers, a twin at rest, the power that they give, refusals.
+"""Moving membranes (docs/moving_membranes.md): exact solutions, comparison with a membrane at rest, power, orders.
 
-Policy: closed forms, conservation laws and fitted slopes only; every tolerance is round-off or tied to the order.
+References are closed forms and conservation laws, orders are fitted slopes. Every tolerance is round-off or follows
+from the order.
 """
 
 from itertools import pairwise
@@ -13,7 +14,7 @@ from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 
 ORDER = pytest.approx(2.0, abs=0.2)
-EVERYTHING = {
+PARAMETERS = {
     "length": 1.2,
     "stiffness": (1.0, 1.2, 0.8),
     "intrinsic": (0.7, 1.0, 0.3),
@@ -27,24 +28,25 @@ def arc(nodes: int) -> np.ndarray:
 
 
 def on_torus(nodes: int, surface: surfaces.Surface, device: str = "cpu") -> BoundRods:
-    """A bent filament across a torus with every coefficient at work."""
+    """A bent filament across a torus, with all coefficients different from zero."""
     s = arc(nodes)
     turn = 0.3 + 2 * np.cos(np.pi * s) ** 4 * np.sin(5 * s + 1)
     place = ([[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]])
-    return BoundRods(surface, *place, nodes=nodes, geodesic_curvature=turn, device=device, **EVERYTHING)
+    return BoundRods(surface, *place, nodes=nodes, geodesic_curvature=turn, device=device, **PARAMETERS)
 
 
-def breathing(amplitude: float = 0.08, pace: float = 3.0) -> surfaces.Surface:
-    return surfaces.make("torus", {"major": 1.0, "minor": f"0.4 + {amplitude}*sin({pace}*t)"})
+def breathing(amplitude: float = 0.08, frequency: float = 3.0) -> surfaces.Surface:
+    """A torus whose tube swells and shrinks."""
+    return surfaces.make("torus", {"major": 1.0, "minor": f"0.4 + {amplitude}*sin({frequency}*t)"})
 
 
 def slope(differences) -> float:
-    """Order from successive differences of answers, each at half the step of the one before."""
+    """Order from successive differences of solutions, each with half the step of the previous one."""
     return float(np.polyfit(np.arange(len(differences)), -np.log2(differences), 1)[0])
 
 
-def test_a_great_circle_stays_one_on_a_growing_sphere(device):
-    """Length kept, middle in its direction: r = R(t) (cos s/R, sin s/R, 0), exactly."""
+def test_a_great_circle_remains_one_on_a_growing_sphere(device):
+    """At constant length and direction of the middle: r = R(t) (cos s/R, sin s/R, 0), exactly."""
     sphere = surfaces.make("sphere", {"radius": "1.0 + 0.2*t"})
     rods = BoundRods(sphere, [[1, 0, 0]], [[0, 1, 0]], nodes=33, length=1.5, device=device)
     rods.step(1e-3, 1000)
@@ -58,7 +60,7 @@ def test_a_great_circle_stays_one_on_a_growing_sphere(device):
     assert values["membrane_power"][0] == pytest.approx(rates, rel=0.01)
 
 
-def test_a_growing_arc_stays_one_on_a_growing_sphere_while_nodes_are_added():
+def test_a_growing_great_circle_remains_one_on_a_growing_sphere_during_refinement():
     sphere = surfaces.make("sphere", {"radius": "1.0 + 0.2*t"})
     growth = {"rate": 0.3, "until": 9.0, "spacing": 0.05}
     rods = BoundRods(sphere, [[1, 0, 0]], [[0, 1, 0]], nodes=33, length=1.5, growth=growth)
@@ -69,8 +71,8 @@ def test_a_growing_arc_stays_one_on_a_growing_sphere_while_nodes_are_added():
     np.testing.assert_allclose(rods.position[0], exact, atol=1e-12)
 
 
-def test_a_latitude_circle_of_a_growing_sphere_unbends_as_its_radius_grows():
-    """Held across, Ω = cot θ/R at constant θ: ∂tΩ = −Ω Ṙ/R."""
+def test_the_geodesic_curvature_of_a_latitude_circle_decreases_on_a_growing_sphere():
+    """Without motion across, Ω = cot θ/R at constant θ: ∂tΩ = −Ω Ṙ/R."""
     sphere = surfaces.make("sphere", {"radius": "0.9 + 0.3*t"})
     turn = 0.8
     rods = BoundRods(
@@ -78,22 +80,22 @@ def test_a_latitude_circle_of_a_growing_sphere_unbends_as_its_radius_grows():
         geodesic_curvature=turn, drag=(1.0, 1e9, 0.0),
     )  # fmt: skip
     rods.evaluate()
-    np.testing.assert_allclose(read(rods, "rate")[0, 1:-1], -turn * 0.3 / 0.9, rtol=1e-8)
+    np.testing.assert_allclose(read(rods, "geodesic_rate")[0, 1:-1], -turn * 0.3 / 0.9, rtol=1e-8)
 
 
-def test_rolls_along_under_a_sphere_that_moves_off_sideways():
-    """On the equator, sphere moving at c along its axis: ω0 = (c − u2)/R, u2 = c (ζr/R²)/(ζ⊥ + ζr/R²)."""
-    radius, pace, drag = 0.8, 0.5, (1.0, 2.0, 0.7)
+def test_a_filament_rolls_under_a_sphere_that_moves_sideways():
+    """On the equator of a sphere with velocity c along its axis: ω0 = (c − u2)/R, u2 = c (ζr/R²)/(ζ⊥ + ζr/R²)."""
+    radius, velocity, drag = 0.8, 0.5, (1.0, 2.0, 0.7)
     text = f"x**2 + y**2 + (z - c)**2 - {radius**2}"
-    sphere = surfaces.make("expression", {"phi": text, "box": [[-1, 1]] * 3, "parameters": {"c": f"{pace}*t"}})
+    sphere = surfaces.make("expression", {"phi": text, "box": [[-1, 1]] * 3, "parameters": {"c": f"{velocity}*t"}})
     rods = BoundRods(sphere, [[radius, 0, 0]], [[0, 1, 0]], nodes=33, drag=drag)
     rods.evaluate()
     up = rods.rotation[0, :, 2, 1]
     roll = drag[2] / radius**2
-    np.testing.assert_allclose(read(rods, "across")[0] * up, pace * roll / (drag[1] + roll), rtol=1e-8)
+    np.testing.assert_allclose(read(rods, "velocity_across")[0] * up, velocity * roll / (drag[1] + roll), rtol=1e-8)
 
 
-def test_a_plane_that_rises_carries_its_filament_along(device):
+def test_a_filament_follows_a_rising_plane(device):
     rising = surfaces.make("expression", {"phi": "z - h", "box": [[-2, 2]] * 3, "parameters": {"h": "0.3*sin(2*t)"}})
     lines = []
     for surface in (rising, surfaces.make("plane", {})):
@@ -107,36 +109,36 @@ def test_a_plane_that_rises_carries_its_filament_along(device):
     np.testing.assert_allclose(lines[0], lines[1], atol=1e-11)
 
 
-def carried_and_twin(nodes: int) -> tuple[float, float]:
-    """Worst distances, relative, of place and load between a filament on a torus that moves at (c, 0, 0) and its twin.
+def differences_from_torus_at_rest(nodes: int) -> tuple[float, float]:
+    """Largest differences in position and load between filaments on a torus that moves at (c, 0, 0) and on one at rest.
 
-    The twin sees the torus at rest and the fluid stream by: drag −ζ∥ c∥ − ζ⊥ c⊥ as a force; ω is the same in both.
+    On the torus at rest the fluid flows past: the drag −ζ∥ c∥ − ζ⊥ c⊥ is an external force; ω is the same for both.
     """
-    pace, dt, steps = 0.8, 4e-4 * 32 / (nodes - 1), 2 * (nodes - 1)
+    velocity, dt, steps = 0.8, 4e-4 * 32 / (nodes - 1), 2 * (nodes - 1)
     box = [[-1.6, 1.6], [-1.6, 1.6], [-0.6, 0.6]]
-    values = {"phi": MOVING_TORUS, "box": box, "parameters": {"c": f"{pace}*t"}}
-    carried = on_torus(nodes, surfaces.make("expression", values))
-    twin = on_torus(nodes, surfaces.make("torus", {"major": 1.0, "minor": 0.4}))
+    values = {"phi": MOVING_TORUS, "box": box, "parameters": {"c": f"{velocity}*t"}}
+    moving = on_torus(nodes, surfaces.make("expression", values))
+    resting = on_torus(nodes, surfaces.make("torus", {"major": 1.0, "minor": 0.4}))
 
-    def stream() -> None:
-        q, c = twin.rotation[..., 0], np.array([pace, 0.0, 0.0])
+    def apply_flow() -> None:
+        q, c = resting.rotation[..., 0], np.array([velocity, 0.0, 0.0])
         along = q * (q @ c)[..., None]
-        twin.force = -1.0 * along - 2.0 * (c - along)
+        resting.force = -1.0 * along - 2.0 * (c - along)
 
     for _ in range(steps):
-        stream()
-        twin.step(dt)
-    carried.step(dt, steps)
-    stream()
-    away = carried.position - twin.position - [pace * carried.time, 0.0, 0.0]
-    loads = [rods.variables()["load"] for rods in (carried, twin)]
-    return np.abs(away).max(), np.abs(loads[0] - loads[1])[:, 3:-3].max() / np.abs(loads[1]).max()
+        apply_flow()
+        resting.step(dt)
+    moving.step(dt, steps)
+    apply_flow()
+    difference = moving.position - resting.position - [velocity * moving.time, 0.0, 0.0]
+    loads = [rods.variables()["load"] for rods in (moving, resting)]
+    return np.abs(difference).max(), np.abs(loads[0] - loads[1])[:, 3:-3].max() / np.abs(loads[1]).max()
 
 
-def test_agrees_with_a_twin_whose_membrane_rests_in_a_stream():
-    place, load = np.transpose([carried_and_twin(nodes) for nodes in (17, 33, 65)])
-    assert place[-1] < 2e-6
-    assert slope(place) == ORDER
+def test_a_moving_membrane_is_equivalent_to_one_at_rest_in_a_flow():
+    position, load = np.transpose([differences_from_torus_at_rest(nodes) for nodes in (17, 33, 65)])
+    assert position[-1] < 2e-6
+    assert slope(position) == ORDER
     assert load[-1] < 1e-4
 
 
@@ -153,14 +155,14 @@ def test_second_order_in_time_on_a_breathing_torus(device):
     lines = []
     for step in (2e-3, 1e-3, 5e-4, 2.5e-4):
         rods = on_torus(33, breathing(), device)
-        rods.step(2.5e-5, 2000)  # past the fast start, by the same road
+        rods.step(2.5e-5, 2000)  # the fast initial relaxation, with the same steps in every run
         rods.step(step, round(0.1 / step))
         lines.append(rods.position[0])
     assert slope([np.abs(a - b).max() for a, b in pairwise(lines)]) == ORDER
 
 
 def power_residual(nodes: int) -> float:
-    """|dE/dt + D − P|/|P| on a torus whose tube swells fast, dE/dt by central differences of small steps."""
+    """|dE/dt + D − P|/|P| on a torus whose tube swells fast; dE/dt by central differences of small steps."""
     rods, dt = on_torus(nodes, breathing(0.2, 5.0)), 2e-5
     rods.step(dt, 500)
     seen = []
@@ -171,13 +173,13 @@ def power_residual(nodes: int) -> float:
     return abs(change + seen[1]["dissipation"] - seen[1]["membrane_power"]) / abs(seen[1]["membrane_power"])
 
 
-def test_the_membrane_gives_the_power_that_the_filament_takes():
+def test_the_energy_balance_includes_the_power_of_the_membrane():
     residuals = [power_residual(nodes) for nodes in (17, 33, 65)]
     assert residuals[0] / residuals[1] > 4 * 0.85 and residuals[1] / residuals[2] > 4 * 0.85
     assert residuals[2] < 1e-3
 
 
-def test_stays_on_the_moving_membrane_with_its_length(device):
+def test_a_filament_stays_on_the_moving_membrane_and_keeps_its_length(device):
     rods = on_torus(49, breathing(), device)
     for _ in range(10):
         rods.step(1e-3, 100)
@@ -187,7 +189,7 @@ def test_stays_on_the_moving_membrane_with_its_length(device):
         assert values["arc_length"][0] < 1e-9
 
 
-def test_restores_to_the_same_bits(device):
+def test_a_restored_state_continues_with_the_same_bits(device):
     rods = on_torus(33, breathing(), device)
     rods.step(1e-3, 20)
     state = rods.state()
@@ -198,8 +200,8 @@ def test_restores_to_the_same_bits(device):
     np.testing.assert_array_equal(other.position, rods.position)
 
 
-def test_a_membrane_that_need_not_move_gives_the_bits_of_one_at_rest():
-    """The terms of motion are exactly zero where V is."""
+def test_a_membrane_with_zero_velocity_gives_the_bits_of_one_at_rest():
+    """The terms of a moving membrane vanish exactly for V = 0."""
     lines = []
     for minor in ("0.4 + 0*t", 0.4):
         rods = on_torus(33, surfaces.make("torus", {"major": 1.0, "minor": minor}))

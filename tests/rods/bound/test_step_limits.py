@@ -1,4 +1,4 @@
-"""The bounds on the time step: orientation stiffness against closed forms, and runs on either side of the bound."""
+"""Bounds on the time step: orientation stiffness against closed forms, and runs below and above the bound."""
 
 from types import SimpleNamespace
 
@@ -14,10 +14,10 @@ CYLINDER = surfaces.make("cylinder", {"radius": 1.0})
 
 
 def energy_on_torus(alpha: np.ndarray, theta: float, stiffness, intrinsic) -> np.ndarray:
-    """Energy per length of a geodesic piece at angle α from the tube's small circle, at angle θ round it."""
-    round_tube, along_tube = -1 / 0.4, -np.cos(theta) / (1 + 0.4 * np.cos(theta))
-    K11 = round_tube * np.cos(alpha) ** 2 + along_tube * np.sin(alpha) ** 2
-    K12 = (along_tube - round_tube) * np.sin(alpha) * np.cos(alpha)
+    """Energy per length of a geodesic filament at angle α to the small circle of the tube, at the angle θ on it."""
+    around_tube, along_tube = -1 / 0.4, -np.cos(theta) / (1 + 0.4 * np.cos(theta))
+    K11 = around_tube * np.cos(alpha) ** 2 + along_tube * np.sin(alpha) ** 2
+    K12 = (along_tube - around_tube) * np.sin(alpha) * np.cos(alpha)
     return 0.5 * stiffness[0] * (K12 - intrinsic[0]) ** 2 + 0.5 * stiffness[1] * (-K11 - intrinsic[1]) ** 2
 
 
@@ -31,17 +31,17 @@ def test_orientation_stiffness_is_the_second_difference_of_the_energy(intrinsic)
         e = [energy_on_torus(alpha + shift, angle, stiffness, intrinsic) for shift in (-h, 0, h)]
         exact = ((e[0] - 2 * e[1] + e[2]) / h**2).max()
         found = orientation_stiffness(TORUS, point[None], np.array(stiffness), np.array(intrinsic))
-        assert found == pytest.approx(exact, rel=5e-3)  # the angles it looks at are 2.5° apart
+        assert found == pytest.approx(exact, rel=5e-3)  # it is evaluated at angles 2.5° apart
     largest = [orientation_stiffness(TORUS, p, np.array(stiffness), np.array(intrinsic)) for p in (points, points[:1])]
     assert largest[0] >= largest[1]
 
 
 STATES = [(1.0, 1.0), (10.0, 1.0), (10.0, 0.6), (10.0, 0.4), (10.0, 0.1)]
-"""B1 = B2 and B3: e'' L²/B3 = 2, 20, 34, 50 and 202 on the hoop, through each branch of the bound."""
+"""B1 = B2 and B3: e'' L²/B3 = 2, 20, 34, 50 and 202 along the circumference, for each branch of the bound."""
 
 
-def near_the_hoop(bend: float, geodesic: float, angle: float = 0.1) -> BoundRods:
-    """A filament that is at rest along the hoop, where e'' is largest, and starts at an angle to it."""
+def near_circumference(bend: float, geodesic: float, angle: float = 0.1) -> BoundRods:
+    """A filament that starts at an angle to its rest state along the circumference, where e'' is largest."""
     direction = [[0, np.cos(angle), np.sin(angle)]]
     stiffness = (bend, bend, geodesic)
     return BoundRods(
@@ -49,11 +49,11 @@ def near_the_hoop(bend: float, geodesic: float, angle: float = 0.1) -> BoundRods
     )
 
 
-def settled(share: float, bend: float, geodesic: float) -> bool:
-    """Whether it is at rest along the hoop after the time of 500 steps of the bound."""
-    rods = near_the_hoop(bend, geodesic)
-    dt = share * filament_limits(CYLINDER, np.array([[1.0, 0, 0]]), rods).step
-    rods.step(dt, int(500 / share))
+def relaxed(fraction: float, bend: float, geodesic: float) -> bool:
+    """Whether it is at rest along the circumference after the time of 500 steps of the bound."""
+    rods = near_circumference(bend, geodesic)
+    dt = fraction * filament_limits(CYLINDER, np.array([[1.0, 0, 0]]), rods).step
+    rods.step(dt, int(500 / fraction))
     found = rods.variables()
     rest = 0.5 * bend * (1 - 1.2) ** 2 * 1.2
     still = found["status"][0] == 0 and found["dissipation"][0] < 1e-8
@@ -61,13 +61,13 @@ def settled(share: float, bend: float, geodesic: float) -> bool:
 
 
 @pytest.mark.parametrize(("bend", "geodesic"), STATES)
-def test_the_bound_is_kept_by_the_scheme_and_not_far_from_its_own(bend, geodesic):
-    assert settled(0.3, bend, geodesic)
-    assert settled(0.9, bend, geodesic)
-    assert not settled(3.0, bend, geodesic)
+def test_the_scheme_is_stable_below_the_bound_and_unstable_at_three_times_it(bend, geodesic):
+    assert relaxed(0.3, bend, geodesic)
+    assert relaxed(0.9, bend, geodesic)
+    assert not relaxed(3.0, bend, geodesic)
 
 
-def test_no_stiffness_no_bound():
+def test_without_orientation_stiffness_there_is_no_bound():
     assert orientation_limit(0.0, 1.0, 2.0, 1.0) == np.inf
 
 

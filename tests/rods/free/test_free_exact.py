@@ -1,4 +1,4 @@
-"""Active rods against answers in closed form: relaxation, growth, the energy law, gravity and shear."""
+"""Active rods against exact solutions: relaxation, growth, the energy law, gravity and shear."""
 
 import numpy as np
 import pytest
@@ -19,8 +19,8 @@ def arc(nodes):
 
 
 @pytest.mark.parametrize("mode", [0, 1])
-def test_beam_modes_relax_at_their_rates(device, mode):
-    """A weakly bent passive rod: a_k decays at (β/η) x_k⁴; second order in the spacing, 0.5 % at N = 64."""
+def test_beam_modes_relax_at_their_exact_rates(device, mode):
+    """A weakly bent passive rod: a_k decays at (β/η) x_k⁴; second order in the spacing, 0.5 % for N = 64."""
     exact = 5e-3 / 2 * beam_root(mode) ** 4
     sizes, errors = np.array([32, 64, 128]), []
     for size in sizes:
@@ -36,7 +36,7 @@ def test_beam_modes_relax_at_their_rates(device, mode):
     assert slope(sizes, errors) == pytest.approx(2, abs=0.2)
 
 
-def test_twist_relaxes_at_its_rates(device):
+def test_twist_relaxes_at_its_exact_rates(device):
     """A straight passive rod: cos((2j+1)πs) decays at the rate of the three-point Laplacian, to round-off."""
     s, h, stiffness = arc(65), 1 / 64, 1e-3 / 3e-3
     for wave in (np.pi, 3 * np.pi):
@@ -55,7 +55,7 @@ def test_twist_relaxes_at_its_rates(device):
 
 @pytest.mark.parametrize(("mode", "rank"), [(1, 0), (0, 1)])
 def test_small_bending_grows_at_the_linear_rate(device, mode, rank):
-    """Activity held, tiny bending: the fastest odd and even modes of (4.37) grow at their rates, 1 % at N = 128."""
+    """Constant activity, small bending: the fastest odd and even modes of (4.37) grow at their rates, to 1 %."""
     bend, s = 2e-3, arc(129)
     growth = stability.eigenvalues(bend, "tanh")[rank].real
     shape = {"kind": "mode", "mode": mode, "amplitude": TINY / 100}
@@ -69,7 +69,7 @@ def test_small_bending_grows_at_the_linear_rate(device, mode, rank):
 
 
 def test_energy_law_holds_to_round_off(device):
-    """dE/dt along the semi-discrete rates is power − dissipation, for any shape, activity and external force."""
+    """dE/dt of the equations discretised in s is power − dissipation, for any shape, activity and external force."""
     rng = np.random.default_rng(3)
     strain = rng.normal(size=(4, 65, 3)) * 5
     rods = FreeRods(
@@ -88,14 +88,14 @@ def test_energy_law_of_a_run_is_second_order(device):
     steps, errors = np.array([50, 100, 200]), []
     for count in steps:
         rods, dt = in_space(device), 0.1 / count
-        rods.step(0.02 / count, 5)  # past the corner that the first, Euler step makes
+        rods.step(0.02 / count, 5)  # the first step is an Euler step
         rods.step(dt, 1)
-        energy, given = [], []
+        energy, power = [], []
         for _ in range(count):
             energy.append(rods.energy[0])
-            given.append(rods.power[0] - rods.dissipation[0])
+            power.append(rods.power[0] - rods.dissipation[0])
             rods.step(dt)
-        errors.append(abs(np.trapezoid(given, dx=dt) - (energy[-1] - energy[0])))
+        errors.append(abs(np.trapezoid(power, dx=dt) - (energy[-1] - energy[0])))
     assert slope(steps, errors) == pytest.approx(2, abs=0.2)
 
 
@@ -110,7 +110,7 @@ def gravity_kernel(x: wp.vec3d, tangent: wp.vec3d, t: wp.float64):
 
 @pytest.mark.parametrize("external", [gravity, gravity_kernel])
 def test_a_straight_rod_sinks_sideways(device, external):
-    """Under a uniform force F a straight rod keeps its direction and moves at F∥ + F⊥/η."""
+    """Under a uniform force F a straight rod keeps its direction and moves with velocity F∥ + F⊥/η."""
     rotation = Rotation.from_rotvec([0.3, -0.7, 0.2]).as_matrix()
     tangent = rotation[:, 0]
     rods = passive(device, shape={"kind": "straight"}, rotation=rotation, external=external)
@@ -136,7 +136,7 @@ def shear_flow_numpy(t, position, rotation):
 
 
 def test_a_straight_rod_turns_in_shear(device):
-    """cot θ = cot θ₀ + γ̇ t for a thin rod in the plane of shear; second order in time, both kinds of force alike."""
+    """cot θ = cot θ₀ + γ̇ t for a thin rod in the plane of shear; second order in time, for both kinds of force."""
     steps, errors = np.array([25, 50, 100]), []
     for count in steps:
         rotation = Rotation.from_rotvec([0, 0, 2.0]).as_matrix()

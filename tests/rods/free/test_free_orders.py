@@ -1,4 +1,4 @@
-"""Active rods are second order in space and time, measured; and agree with another formulation solved otherwise."""
+"""Active rods: second order in space and time, and agreement with a Galerkin solution in the material frame."""
 
 from itertools import pairwise
 
@@ -44,7 +44,7 @@ def test_second_order_in_space(device, make):
 
 
 def test_second_order_while_the_step_changes(device):
-    """Steps of Δt and Δt/2 in turn: the coefficients follow the ratio."""
+    """Steps alternate between Δt and Δt/2; the coefficients follow their ratio."""
     pairs = np.array([50, 100, 200, 400])
     runs = []
     for count in pairs:
@@ -58,9 +58,9 @@ def test_second_order_while_the_step_changes(device):
 
 
 def test_the_material_frame_gives_the_same_motion(device):
-    """A Galerkin solution in the material frame is what finer and finer rods converge to.
+    """Rods of increasing resolution converge to a Galerkin solution in the material frame.
 
-    Diffusion of the flagella is stronger than usual, for layers that polynomials resolve.
+    The diffusion of the flagella is larger than the default, so that polynomials resolve the boundary layers.
     """
     end, s = 0.05, np.linspace(-0.5, 0.5, 65)
     p = twin.Parameters(bend=1e-3, twist=TWIST, moment=MOMENT, diffusion=1e-2)

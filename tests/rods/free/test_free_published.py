@@ -1,4 +1,4 @@
-"""Known answers for swimmers (model.md §2): the steady U, and where it ends."""
+"""Known results for swimmers (docs/model.md §7): the steady U and its bifurcations."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ STEADY = {5e-3: (3.022, 0.4885), 1e-3: (3.936, 0.6406)}
 
 @pytest.mark.parametrize(("nodes", "within"), [(65, 5e-3), (129, 1e-3)])
 def test_steady_swimmers(device, nodes, within):
-    """The U that a strongly bent rod settles to: its first mode and its speed, for two stiffnesses at once."""
+    """The steady U of a strongly bent rod: its first mode and its speed, for two stiffnesses."""
     rods = FreeRods(2, nodes, bend=list(STEADY), twist=1e-3, shape={"kind": "mode", "amplitude": 3.0}, device=device)
     rods.step(1e-3, 4000)
     before = rods.position
@@ -25,7 +25,7 @@ def test_steady_swimmers(device, nodes, within):
 
 
 def test_the_u_ends_in_a_saddle_node(device):
-    """Continued in β from a bent state, the symmetric U is there below 8.876e-3 and not above, within 0.3 %."""
+    """Continued in β from a bent state, the symmetric U exists below 8.876e-3 and not above, within 0.3 %."""
 
     def swim(bend, shape, activity, dt, steps):
         rods = FreeRods(
@@ -45,7 +45,7 @@ def test_the_u_ends_in_a_saddle_node(device):
 
 
 def planar_rates(bend, nodes, states, device):
-    """d/dt of (κ inside, f) for many planar states [state, 2 nodes − 2] at once: each is a rod of a batch."""
+    """d/dt of (κ at inner nodes, f) for planar states [state, 2 nodes − 2], each of which is a rod of a batch."""
     strain = np.zeros((len(states), nodes, 3))
     strain[:, 1:-1, 2] = states[:, : nodes - 2]
     activity = Flagella(profile=states[:, nodes - 2 :])
@@ -55,7 +55,7 @@ def planar_rates(bend, nodes, states, device):
 
 
 def oscillation_growth(bend, nodes, device):
-    """Growth rate of the leading oscillation about the symmetric U: settle, Newton, eigenvalues."""
+    """Growth rate of the leading oscillation about the symmetric U, by relaxation, Newton steps and eigenvalues."""
     rods = FreeRods(
         1, nodes, bend=bend, twist=1e-3, shape={"kind": "mode", "amplitude": 4.0}, symmetric=True, device=device
     )
@@ -72,7 +72,7 @@ def oscillation_growth(bend, nodes, device):
 
 
 def test_the_u_starts_to_wave_at_a_hopf_bifurcation(device):
-    """Growth vanishes at 1.456e-4, extrapolated from two grids, within 1.5 %."""
+    """The growth rate vanishes at 1.456e-4, extrapolated from two grids, within 1.5 %."""
     bends = np.array([1.5e-4, 1.54e-4])
     hopf = []
     for nodes in (65, 129):

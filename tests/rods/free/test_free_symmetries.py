@@ -1,4 +1,4 @@
-"""Active rods move alike however they lie, are mirrored or framed; nothing about them drifts."""
+"""Active rods: rigid motions, mirror images, gauge and π-rotation symmetry; no drift of lengths and frames."""
 
 import numpy as np
 import pytest
@@ -13,12 +13,12 @@ STEP = 1e-3
 
 
 def writhing(device, **other):
-    """A start with the symmetry of C.4."""
+    """A rod that starts with the symmetry of appendix C.4."""
     given = {"bend": 2.5e-4, "twist": 1e-3, "moment": MOMENT, "shape": {"kind": "writhe", "amplitude": 3.0}}
     return FreeRods(1, 65, **(given | other), device=device)
 
 
-def test_a_moved_start_moves_the_answer(device):
+def test_a_rigid_motion_of_the_start_moves_the_solution(device):
     R, r = Rotation.from_rotvec([0.4, 1.1, -0.8]).as_matrix(), np.array([3.0, -1.0, 2.0])
     rods, moved = in_space(device), in_space(device, rotation=R, position=r)
     rods.step(STEP, 300)
@@ -27,8 +27,8 @@ def test_a_moved_start_moves_the_answer(device):
     np.testing.assert_array_equal(moved.strain, rods.strain)
 
 
-def test_a_mirrored_start_with_the_other_moment_mirrors_the_answer(device):
-    """In the plane of the first two directors: of the strains, the one about its normal stays."""
+def test_a_mirrored_start_with_the_opposite_moment_mirrors_the_solution(device):
+    """In the plane of the first two directors; the strain about its normal keeps its sign."""
     mirror = np.array([-1.0, -1.0, 1.0])
     rods = in_space(device)
     mirrored = in_space(device, moment=-MOMENT, shape=strain_in_space(65) * mirror)
@@ -38,8 +38,8 @@ def test_a_mirrored_start_with_the_other_moment_mirrors_the_answer(device):
 
 
 @pytest.mark.parametrize("third", [1, 2])
-def test_a_change_of_gauge_changes_nothing_but_the_gauge(device, third):
-    """C.69–C.78: the three out-of-phase starts are one motion."""
+def test_a_change_of_gauge_does_not_change_the_motion(device, third):
+    """(C.69) to (C.78): the three starts out of phase give one motion."""
     angle = 2 * np.pi * third / 3
     strain = strain_in_space(65)
     rods = in_space(device)
@@ -61,15 +61,15 @@ def test_planar_motion_stays_planar(device):
     assert not rods.strain[..., :2].any()
 
 
-def test_symmetric_states_stay_symmetric_unasked(device):
+def test_symmetric_states_stay_symmetric_without_being_forced_to(device):
     rods = writhing(device)
     rods.step(STEP, 200)
     strain, activity = rods.strain[0], rods.activity[0]
     assert symmetry.parity_residual(strain, activity) < 1e-9 * abs(strain).max()
 
 
-def test_symmetric_rods_keep_their_symmetry_exactly(device):
-    """C.50–C.52 after 20 000 steps of a motion in which asymmetry grows by itself."""
+def test_an_imposed_symmetry_is_exact(device):
+    """(C.50) to (C.52) after 20 000 steps of a motion in which asymmetry grows."""
     rods, free = (writhing(device, bend=5.45e-5, moment=1e-2, symmetric=symmetric) for symmetric in (True, False))
     axis = rods.rotation[0, 32, :, 1]
     rods.step(STEP, 20_000)
@@ -84,13 +84,13 @@ def test_symmetric_rods_keep_their_symmetry_exactly(device):
     assert symmetry.parity_residual(free.strain[0], free.activity[0]) > 1e-6
 
 
-def test_symmetric_rods_refuse_forces(device):
+def test_symmetric_rods_refuse_external_forces(device):
     with pytest.raises(SceneError, match="symmetric"):
         writhing(device, symmetric=True).force = np.zeros(3)
 
 
 def test_nothing_drifts_in_a_hundred_thousand_steps(device):
-    """Directors orthonormal and segments of the right length to round-off, whatever the motion."""
+    """Directors are orthonormal and segments have their length to round-off."""
     rods = writhing(device, bend=1e-4, moment=1e-2)
     rods.step(STEP, 100_000)
     rotation, position = rods.rotation[0], rods.position[0]
@@ -104,7 +104,7 @@ def test_nothing_drifts_in_a_hundred_thousand_steps(device):
 
 
 def arc_lengths(rotation, position):
-    """Lengths of the screws that lead from node to node: along the tangent they turn about, no shear, no stretch."""
+    """Lengths of the screw motions from node to node; checks that they have no shear."""
     relative = rotation[:-1].transpose(0, 2, 1) @ rotation[1:]
     chord = np.einsum("nji,nj->ni", rotation[:-1], np.diff(position, axis=0))
     angle = Rotation.from_matrix(relative).as_rotvec()

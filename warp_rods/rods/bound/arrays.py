@@ -11,73 +11,59 @@ import warp as wp
 
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import Growth, History
-from warp_rods.kernels.layout import one_zero, per_node, per_rod
-from warp_rods.rods.views import of_struct
+from warp_rods.kernels.layout import constant_zero, per_node, per_rod
+from warp_rods.rods.slices import slice_struct
 
 VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
-    *("geodesic", "shear", "transverse_force", "to_left", "to_right", "remainder"),
-    *("tension", "along", "across", "rate"),
+    *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
+    *("tension", "velocity_along", "velocity_across", "geodesic_rate"),
 )
 PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 
 
 @dataclass
 class Arrays:
-    """Arrays of ``rods`` × ``nodes``: parameters and state, history, growth, room for the solves, what is measured."""
+    """Arrays of ``rods`` × ``nodes``: parameters and state, history, growth, linear systems, and output."""
 
     f: Any  # Filaments
     past: Any  # History
     growth: Any  # Growth
-    bands: list[wp.array]
-    right: wp.array
+    bands: list[wp.array]  # lower2, lower, diagonal, upper, upper2; the tridiagonal system uses the first three
+    rhs: wp.array
     work: wp.array
-    work_pair: wp.array
-    shear3: wp.array
-    out: dict[str, wp.array]
+    work_pairs: wp.array
+    normal_shear: wp.array
+    output: dict[str, wp.array]
 
 
 def allocate(
-    parameters: Mapping[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], knots: Any, moving: bool, device
+    parameters: Mapping[str, np.ndarray],
+    nodes: int,
+    clamped: tuple[bool, bool],
+    knots: Any,
+    membrane_moves: bool,
+    device,
 ) -> Arrays:
     """Arrays for filaments with these ``parameters`` {length: [rod], stiffness, intrinsic, drag: [rod, 3]}.
 
-    ``knots`` (time, length), each [rod, knot]: length against time. ``moving``: whether the membrane does. All else
-    is zero.
+    knots: (time, length), each [rod, knot], length against time. membrane_moves: whether the membrane moves. All
+    other arrays are zero.
     """
     count = len(parameters["length"])
     shape = (count, nodes)
-    f, past, growth = Filaments(), History(), Growth()
-    f.spacing = wp.array(parameters["length"] / (nodes - 1), dtype=wp.float64, device=device)
-    for name in ("stiffness", "intrinsic", "drag"):
-        setattr(f, name, wp.array(parameters[name], dtype=wp.vec3d, device=device))
-    f.start_clamped, f.end_clamped = map(int, clamped)
-    f.anchor = anchor(nodes, clamped)
-    f.growth_rate = per_rod(count, wp.float64, device)
-    f.status = per_rod(count, wp.int32, device)
-    f.rotation = per_node(*shape, wp.mat33d, device)
-    for name in VECTORS:
-        setattr(f, name, per_node(*shape, wp.vec3d, device))
-    for name in SCALARS:
-        setattr(f, name, per_node(*shape, wp.float64, device))
-    f.moving = int(moving)
-    for name in ("normal_velocity", "normal_velocity_slope"):
-        setattr(f, name, (per_node if moving else one_zero)(*shape, wp.float64, device))
-    past.spin, past.velocity = per_rod(count, wp.vec3d, device), per_rod(count, wp.vec3d, device)
-    past.failed_at = per_rod(count, wp.float64, device)
-    for name in ("geodesic", "rate", "increment"):
-        setattr(past, name, per_node(*shape, wp.float64, device))
+    growth = Growth()
     growth.time, growth.length = (wp.array(k, dtype=wp.float64, device=device) for k in knots)
     return Arrays(
-        f=f,
-        past=past,
+        f=_filaments(parameters, nodes, clamped, membrane_moves, device),
+        past=_history(*shape, device),
         growth=growth,
         bands=[per_node(*shape, wp.float64, device) for _ in range(5)],
-        right=per_node(*shape, wp.float64, device),
+        rhs=per_node(*shape, wp.float64, device),
         work=per_node(*shape, wp.float64, device),
-        work_pair=per_node(*shape, wp.vec2d, device),
-        shear3=per_node(*shape, wp.float64, device),
-        out={
+        work_pairs=per_node(*shape, wp.vec2d, device),
+        normal_shear=per_node(*shape, wp.float64, device),
+        output={
             **{name: per_rod(count, wp.float64, device) for name in PER_ROD},
             "residuals": per_rod(count, wp.vec3d, device),
             "energy_density": per_node(*shape, wp.float64, device),
@@ -88,24 +74,57 @@ def allocate(
     )
 
 
-def part(arrays: Arrays, rods: slice) -> Arrays:
+def _filaments(
+    parameters: Mapping[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], membrane_moves: bool, device: Any
+) -> Any:
+    count = len(parameters["length"])
+    shape = (count, nodes)
+    f = Filaments()
+    f.spacing = wp.array(parameters["length"] / (nodes - 1), dtype=wp.float64, device=device)
+    for name in ("stiffness", "intrinsic", "drag"):
+        setattr(f, name, wp.array(parameters[name], dtype=wp.vec3d, device=device))
+    f.start_clamped, f.end_clamped = map(int, clamped)
+    f.tracked = tracked_node(nodes, clamped)
+    f.growth_rate = per_rod(count, wp.float64, device)
+    f.status = per_rod(count, wp.int32, device)
+    f.rotation = per_node(*shape, wp.mat33d, device)
+    for name in VECTORS:
+        setattr(f, name, per_node(*shape, wp.vec3d, device))
+    for name in SCALARS:
+        setattr(f, name, per_node(*shape, wp.float64, device))
+    f.membrane_moves = int(membrane_moves)
+    for name in ("normal_velocity", "normal_velocity_slope"):
+        setattr(f, name, (per_node if membrane_moves else constant_zero)(*shape, wp.float64, device))
+    return f
+
+
+def _history(rods: int, nodes: int, device: Any) -> Any:
+    past = History()
+    for name in ("geodesic", "geodesic_rate", "increment"):
+        setattr(past, name, per_node(rods, nodes, wp.float64, device))
+    past.angular_velocity, past.velocity = per_rod(rods, wp.vec3d, device), per_rod(rods, wp.vec3d, device)
+    past.failed_at = per_rod(rods, wp.float64, device)
+    return past
+
+
+def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
     """The arrays of some of the rods, as views."""
     a = arrays
     return Arrays(
-        f=of_struct(Filaments, a.f, rods),
-        past=of_struct(History, a.past, rods),
-        growth=of_struct(Growth, a.growth, rods),
+        f=slice_struct(Filaments, a.f, rods),
+        past=slice_struct(History, a.past, rods),
+        growth=slice_struct(Growth, a.growth, rods),
         bands=[band[rods] for band in a.bands],
-        right=a.right[rods],
+        rhs=a.rhs[rods],
         work=a.work[rods],
-        work_pair=a.work_pair[rods],
-        shear3=a.shear3[rods],
-        out={name: array[rods] for name, array in a.out.items()},
+        work_pairs=a.work_pairs[rods],
+        normal_shear=a.normal_shear[rods],
+        output={name: array[rods] for name, array in a.output.items()},
     )
 
 
-def anchor(nodes: int, clamped: tuple[bool, bool]) -> int:
-    """The node whose frame the others follow: a clamped end, else the middle."""
+def tracked_node(nodes: int, clamped: tuple[bool, bool]) -> int:
+    """The node whose frame is advanced in time: a clamped end, otherwise the middle."""
     if clamped[0]:
         return 0
     return nodes - 1 if clamped[1] else nodes // 2

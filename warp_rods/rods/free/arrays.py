@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rods.kernels.free.output import Measures
-from warp_rods.kernels.free.state import AppliedForce, Flow, Midpoint, Shape, Swimmers
-from warp_rods.kernels.layout import one_zero, per_node, per_rod, scratch
-from warp_rods.rods.views import of_array, of_struct
+from warp_rods.kernels.free.output import Output
+from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Shape, Swimmers
+from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
+from warp_rods.rods.slices import slice_array, slice_struct
 
 PARAMETERS = {
     "bend": "bending_stiffness",
@@ -23,64 +23,75 @@ PARAMETERS = {
     "relaxation": "relaxation",
     "diffusion": "diffusion",
 }
-"""Parameters of a rod by their names in a scene → those in the kernels."""
-PAIRS = ("bending", "transverse_source", "transverse", "spin", "right_pair", "work_pair", "bending_rate")
-WORKSPACE = (
-    *("axial_source", "transverse_source", "tension", "axial", "transverse", "spin", "twist_source", "bishop_spin"),
-    *("lower2", "lower", "diagonal", "upper", "upper2", "right", "right_pair", "work", "work_pair"),
+"""Names of the parameters in a scene → those in the kernels."""
+SHAPE = ("bending", "twist", "activity")
+BALANCE = (
+    *("axial_source", "transverse_source", "tension", "axial_velocity", "transverse_velocity", "angular_velocity"),
+    *("twist_source", "bishop_roll_rate", "lower2", "lower", "diagonal", "upper", "upper2"),
+    *("rhs", "rhs_pairs", "work", "work_pairs"),
 )
+PAIRS = {
+    *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "rhs_pairs", "work_pairs"),
+    "bending_rate",
+}
+"""Fields with two components across the rod; all others are scalars."""
 
 
 @dataclass
 class Arrays:
-    """Arrays of ``rods`` × ``nodes``: parameters, state, its last change, and what is derived for output."""
+    """Arrays of ``rods`` × ``nodes``: parameters, state, workspace of a step, and output."""
 
     rods: Any  # Swimmers
-    now: Any  # Shape
-    change: Any  # Shape: the last step's
+    now: Any  # Shape: the present one
+    change: Any  # Shape: its change in the last step
     midpoint: Any  # Midpoint
     failed_at: wp.array
-    applied: Any  # AppliedForce
-    star: Any  # Shape: extrapolated, scratch
-    scratch: Any  # Flow of a step
-    flow: Any  # Flow that is measured
-    measures: Any  # Measures
+    external: Any  # ExternalForce
+    star: Any  # Shape: x*, workspace
+    step_balance: Any  # Balance of a step, workspace
+    balance: Any  # Balance of the present shape, for output
+    output: Any  # Output
     position: wp.array
     rotation: wp.array
     bishop_strain: wp.array
     strain: wp.array
     orientation: wp.array
     spacing: wp.array
-    force: wp.array | None = None  # in space; None until it is asked for
+    force: wp.array | None = None  # external force in space; None until one is used
 
 
 def allocate(
-    parameters: Mapping[str, np.ndarray], nodes: int, law: int, law_numbers: np.ndarray, symmetric: bool, device: Any
+    parameters: Mapping[str, np.ndarray],
+    nodes: int,
+    law: int,
+    law_parameters: np.ndarray,
+    symmetric: bool,
+    device: Any,
 ) -> Arrays:
-    """Arrays for rods with these ``parameters`` {name: [rod]} and ``law_numbers`` [rod, 4]; all others are zero."""
+    """Arrays for rods with these ``parameters`` {name: [rod]} and ``law_parameters`` [rod, 4]; all others are zero."""
     count = len(parameters["bend"])
     shape = (count, nodes)
     rods = Swimmers()
     for name, field in PARAMETERS.items():
         setattr(rods, field, wp.array(parameters[name], dtype=wp.float64, device=device))
     rods.law = wp.full(count, law, dtype=wp.int32, device=device)
-    rods.law_numbers = wp.array(law_numbers, dtype=wp.vec4d, device=device)
+    rods.law_parameters = wp.array(law_parameters, dtype=wp.vec4d, device=device)
     rods.status = per_rod(count, wp.int32, device)
     rods.spacing = 1.0 / (nodes - 1)
     rods.symmetric = int(symmetric)
-    applied = AppliedForce()
-    applied.now = applied.before = one_zero(*shape, wp.vec3d, device)
+    external = ExternalForce()
+    external.now = external.previous = constant_zero(*shape, wp.vec3d, device)
     return Arrays(
         rods=rods,
         now=_shape(per_node, *shape, device),
         change=_shape(per_node, *shape, device),
         midpoint=_midpoint(count, device),
         failed_at=per_rod(count, device=device),
-        applied=applied,
-        star=_shape(scratch, *shape, device),
-        scratch=_flow(scratch, *shape, scratch(*shape, wp.vec3d, device), device),
-        flow=_flow(per_node, *shape, applied.now, device),
-        measures=_measures(*shape, device),
+        external=external,
+        star=_shape(workspace, *shape, device),
+        step_balance=_balance(workspace, *shape, workspace(*shape, wp.vec3d, device), device),
+        balance=_balance(per_node, *shape, external.now, device),
+        output=_output(*shape, device),
         position=per_node(*shape, wp.vec3d, device),
         rotation=per_node(*shape, wp.mat33d, device),
         bishop_strain=per_node(*shape, wp.vec3d, device),
@@ -90,70 +101,70 @@ def allocate(
     )
 
 
-def make_room_for_forces(arrays: Arrays) -> None:
-    """Arrays for external forces, all zero, in place of the one zero that stands for none."""
+def allocate_force(arrays: Arrays) -> None:
+    """Arrays of zeros for external forces, in place of the constant zero that a rod without forces reads."""
     shape = (*arrays.position.shape, wp.vec3d, arrays.position.device)
     arrays.force = per_node(*shape)
-    arrays.applied.now, arrays.applied.before = per_node(*shape), per_node(*shape)
-    arrays.flow.force = arrays.applied.now
+    arrays.external.now, arrays.external.previous = per_node(*shape), per_node(*shape)
+    arrays.balance.force = arrays.external.now
 
 
-def part(arrays: Arrays, rods: slice) -> Arrays:
-    """The arrays of some of the rods, as views; with room of their own for what no rod keeps."""
+def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
+    """The arrays of some of the rods, as views, with workspace of their own."""
     a = arrays
     count, nodes = a.position[rods].shape
     device = a.position.device
     return Arrays(
-        rods=of_struct(Swimmers, a.rods, rods),
-        now=of_struct(Shape, a.now, rods),
-        change=of_struct(Shape, a.change, rods),
-        midpoint=of_struct(Midpoint, a.midpoint, rods),
+        rods=slice_struct(Swimmers, a.rods, rods),
+        now=slice_struct(Shape, a.now, rods),
+        change=slice_struct(Shape, a.change, rods),
+        midpoint=slice_struct(Midpoint, a.midpoint, rods),
         failed_at=a.failed_at[rods],
-        applied=of_struct(AppliedForce, a.applied, rods),
-        star=_shape(scratch, count, nodes, device),
-        scratch=_flow(scratch, count, nodes, scratch(count, nodes, wp.vec3d, device), device),
-        flow=of_struct(Flow, a.flow, rods),
-        measures=of_struct(Measures, a.measures, rods),
+        external=slice_struct(ExternalForce, a.external, rods),
+        star=_shape(workspace, count, nodes, device),
+        step_balance=_balance(workspace, count, nodes, workspace(count, nodes, wp.vec3d, device), device),
+        balance=slice_struct(Balance, a.balance, rods),
+        output=slice_struct(Output, a.output, rods),
         position=a.position[rods],
         rotation=a.rotation[rods],
         bishop_strain=a.bishop_strain[rods],
         strain=a.strain[rods],
         orientation=a.orientation[rods],
         spacing=a.spacing[rods],
-        force=of_array(a.force, rods),
+        force=slice_array(a.force, rods),
     )
 
 
 def _shape(make: Any, rods: int, nodes: int, device: Any) -> Any:
     shape = Shape()
-    for name in ("bending", "twist", "activity"):
+    for name in SHAPE:
         setattr(shape, name, make(rods, nodes, _dtype(name), device))
     return shape
 
 
-def _flow(make: Any, rods: int, nodes: int, force: wp.array, device: Any) -> Any:
-    flow = Flow()
-    flow.force = force
-    for name in WORKSPACE:
-        setattr(flow, name, make(rods, nodes, _dtype(name), device))
-    return flow
+def _balance(make: Any, rods: int, nodes: int, force: wp.array, device: Any) -> Any:
+    balance = Balance()
+    balance.force = force
+    for name in BALANCE:
+        setattr(balance, name, make(rods, nodes, _dtype(name), device))
+    return balance
 
 
-def _measures(rods: int, nodes: int, device: Any) -> Any:
-    measures = Measures()
+def _output(rods: int, nodes: int, device: Any) -> Any:
+    output = Output()
     for name in ("bending_rate", "twist_rate", "activity_rate", "energy_density"):
-        setattr(measures, name, per_node(rods, nodes, _dtype(name), device))
+        setattr(output, name, per_node(rods, nodes, _dtype(name), device))
     for name in ("energy", "dissipation", "power"):
-        setattr(measures, name, per_rod(rods, device=device))
-    return measures
+        setattr(output, name, per_rod(rods, device=device))
+    return output
 
 
 def _midpoint(rods: int, device: Any) -> Any:
     midpoint = Midpoint()
     midpoint.rotation = per_rod(rods, wp.mat33d, device)
-    for name in ("position", "spin", "velocity"):
+    for name in ("position", "angular_velocity", "velocity"):
         setattr(midpoint, name, per_rod(rods, wp.vec3d, device))
-    for name in ("angle", "roll"):
+    for name in ("angle", "roll_rate"):
         setattr(midpoint, name, per_rod(rods, device=device))
     return midpoint
 

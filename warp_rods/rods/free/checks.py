@@ -1,4 +1,4 @@
-"""What free rods cannot be: checked before anything is allocated, each fault named by its parameter."""
+"""Checks of the parameters of free rods, before anything is allocated."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from warp_rods.rods.per_rod import count_of, parameter
 
 FEWEST_NODES = 17
 RULES = {"moment": "any finite number", "diffusion": "zero or more"}
-"""What parameters may be that need not be positive."""
+"""Conditions on the parameters that need not be positive."""
 ORTHONORMAL = 1e-6
-"""Largest error of RᵀR that is taken for round-off of the numbers given."""
+"""Larger errors of RᵀR are not regarded as round-off."""
 SYMMETRIC = 1e-9
-"""Largest relative error of the parities at the start that is taken for round-off."""
+"""Larger relative errors of the parities at the start are not regarded as round-off."""
 
 
 def check_nodes(count: int, nodes: int) -> None:
-    """Raises SceneError for no rods, an even number of nodes, or too few."""
+    """Raises SceneError for fewer than 1 rod, an even number of nodes, or too few nodes."""
     count_of("count", count)
     if count_of("nodes", nodes) < FEWEST_NODES or nodes % 2 == 0:
         raise SceneError(f"nodes = {nodes}: must be an odd whole number, {FEWEST_NODES} or more")
 
 
 def parameters_of(given: Mapping[str, Any], count: int) -> dict[str, np.ndarray]:
-    """Each parameter [rod]; raises SceneError naming the one that is impossible."""
+    """Each parameter [rod]; raises SceneError naming a parameter with an impossible value."""
     return {name: parameter(name, value, count, RULES.get(name, "positive")) for name, value in given.items()}
 
 
 def points(position: Any, count: int) -> np.ndarray:
-    """Points [rod, 3] from one or one a rod; raises SceneError."""
+    """Points [rod, 3] from one point for all rods or one for each; raises SceneError."""
     return parameter("position", position, count, ("any finite number",) * 3)
 
 
 def frames(rotation: Any, count: int) -> np.ndarray:
-    """Right-handed orthonormal frames [rod, 3, 3] from one or one a rod; raises SceneError."""
+    """Right-handed orthonormal frames [rod, 3, 3] from one for all rods or one for each; raises SceneError."""
     try:
         R = np.asarray(rotation, dtype=float)
     except (TypeError, ValueError) as error:
@@ -45,8 +45,8 @@ def frames(rotation: Any, count: int) -> np.ndarray:
     if R.shape not in ((3, 3), (count, 3, 3)):
         raise SceneError(f"rotation: must be a matrix [3, 3], or {(count, 3, 3)} [rod, 3, 3]; has shape {R.shape}")
     R = np.ascontiguousarray(np.broadcast_to(R, (count, 3, 3)))
-    off = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
-    wrong = np.flatnonzero(~((off < ORTHONORMAL) & (np.linalg.det(np.nan_to_num(R)) > 0)))
+    error_size = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
+    wrong = np.flatnonzero(~((error_size < ORTHONORMAL) & (np.linalg.det(np.nan_to_num(R)) > 0)))
     if len(wrong):
         raise SceneError(
             f"rotation[{wrong[0]}] = {R[wrong[0]].tolist()}: must be a rotation, with orthonormal columns (tangent "
@@ -56,12 +56,12 @@ def frames(rotation: Any, count: int) -> np.ndarray:
 
 
 def check_symmetry(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> None:
-    """Raises SceneError for a start without the parities of C.49: k(−s) = −k̄(s), τ even, f odd."""
-    odd = {
+    """Raises SceneError if the shape at the start lacks the parities of (C.49): k(−s) = −k̄(s), τ even, f odd."""
+    residuals = {
         "shape": np.abs(bending[:, ::-1] + bending.conj()).max() / max(np.abs(bending).max(), 1e-300),
         "shape (twist)": np.abs(twist[:, ::-1] - twist).max() / max(np.abs(twist).max(), 1e-300),
         "flagella": np.abs(activity[:, ::-1] + activity).max(),
     }
-    for name, residual in odd.items():
+    for name, residual in residuals.items():
         if residual > SYMMETRIC:
             raise SceneError(f"symmetric = true: the {name} at the start lacks the symmetry (C.49); even modes have it")

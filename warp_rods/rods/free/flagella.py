@@ -1,4 +1,4 @@
-"""The flagella of an ensemble: the law of their field f, and how it starts (thesis 4.12).
+"""The flagella of an ensemble: the law of the flagellar field f, and f at the start (4.12).
 
 The tables of laws and profiles are in ``scene/flagella.py``.
 """
@@ -17,19 +17,19 @@ from warp_rods.kernels.free import flagella as kernel
 from warp_rods.rods.per_rod import parameter
 from warp_rods.scene.flagella import LAWS, PROFILES
 
-MOST_NUMBERS = 4
-"""Parameters of its own that a law may have."""
+MOST_LAW_PARAMETERS = 4
+"""The kernels take this many parameters of a law."""
 RULES = {"any number": "any finite number", "positive": "positive", "zero or more": "zero or more"}
-"""What a law asks of a parameter → the rule of ``per_rod``."""
+"""Condition on a parameter of a law → the rule of ``per_rod``."""
 
 
 @dataclass(frozen=True)
 class Flagella:
-    """How the flagellar field of an ensemble starts and evolves, dimensionless.
+    """The flagellar field of an ensemble: profile at the start, law and parameters, dimensionless.
 
-    relaxation τf > 0, diffusion D ≥ 0: a number or one a rod. profile: a name in ``PROFILES``, a function of
-    s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the profile ``tanh``. law: in ``LAWS``;
-    numbers: the law's own parameters by name. Raises SceneError for a law that is not known.
+    relaxation τf > 0, diffusion D ≥ 0: one number for all rods or one for each. profile: a name in ``PROFILES``, a
+    function of s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the profile ``tanh``. law: a name in
+    ``LAWS``; numbers: the parameters of that law by name. Raises SceneError for an unknown law or parameter.
     """
 
     relaxation: Any = 1e-2
@@ -40,14 +40,14 @@ class Flagella:
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        own = named(LAWS, "flagella.law", self.law).parameters
-        refuse_unknown(self.numbers, own, f"flagella.numbers of the law {self.law!r}")
+        known = named(LAWS, "flagella.law", self.law).parameters
+        refuse_unknown(self.numbers, known, f"flagella.numbers of the law {self.law!r}")
 
     @classmethod
     def read(cls, given: Flagella | Mapping[str, Any] | None) -> Flagella:
-        """From a mapping with the names of the fields and of the law's own parameters; None: no flagella.
+        """From a mapping of the fields and of the parameters of the law; None is a rod without flagella.
 
-        Raises SceneError naming a key that is not known.
+        Raises SceneError naming an unknown key.
         """
         if given is None:
             return PASSIVE
@@ -66,7 +66,7 @@ class Flagella:
         )
 
     def start(self, s: np.ndarray, count: int) -> np.ndarray:
-        """f at the start [rod, node] at arc lengths ``s`` [node]; raises SceneError for values that do not fit."""
+        """f at the start [rod, node] for arc lengths ``s`` [node]; raises SceneError for values that do not fit."""
         profile = self.profile
         if isinstance(profile, str):
             profile = named(PROFILES, "flagella.profile", profile)(s, self.sharpness)
@@ -83,13 +83,13 @@ class Flagella:
         return np.ascontiguousarray(values)
 
     @property
-    def number(self) -> int:
-        """The law's number in the kernels."""
+    def law_index(self) -> int:
+        """The number of the law in the kernels."""
         return int(getattr(kernel, LAWS[self.law].kernel))
 
-    def law_numbers(self, count: int) -> np.ndarray:
-        """The law's own parameters [rod, 4] in its order, zeros after them; raises SceneError for impossible ones."""
-        values = np.zeros((count, MOST_NUMBERS))
+    def law_parameters(self, count: int) -> np.ndarray:
+        """Parameters of the law [rod, 4] in its order, padded with zeros; raises SceneError for impossible values."""
+        values = np.zeros((count, MOST_LAW_PARAMETERS))
         for column, (name, row) in enumerate(LAWS[self.law].parameters.items()):
             given = self.numbers.get(name, row.default)
             values[:, column] = parameter(f"flagella.{name}", given, count, RULES[row.allowed])
@@ -97,4 +97,4 @@ class Flagella:
 
 
 PASSIVE = Flagella(profile=np.zeros_like, diffusion=0.0, law="held")
-"""No flagella: f = 0 always."""
+"""No flagella: f = 0 at all times."""

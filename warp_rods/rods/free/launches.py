@@ -1,4 +1,4 @@
-"""What an ensemble of free rods launches: sequences of kernels, each recorded once and then replayed."""
+"""Sequences of kernels of an ensemble of free rods, each recorded once and then replayed."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ import warp as wp
 from warp_rods.kernels.free import motion, output
 from warp_rods.kernels.lie import integrate_frames
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.free.arrays import Arrays, make_room_for_forces, part
-from warp_rods.rods.recorded import Recorded, SideBySide, slices
+from warp_rods.rods.free.arrays import Arrays, allocate_force, slice_arrays
+from warp_rods.rods.recorded import Recorded, RecordedInThreads
+from warp_rods.rods.slices import thread_slices
 
 
 class FreeLaunches:
-    """The sequences of an ensemble: ``advance``, ``frames``, ``measure`` and ``materialise``.
+    """The sequences ``advance``, ``find_frames``, ``find_output`` and ``find_material_frame`` of an ensemble.
 
-    Without external forces a step needs no frames in space and makes none. ``accept_forces`` changes that: from
-    then on a step starts from present frames and ``force`` [rod, node], in space, and leaves present frames.
+    Without external forces a step needs no frames in space and computes none. After ``enable_forces`` a step uses
+    the present frames and ``force`` [rod, node], in space, and computes the frames at its end.
     """
 
     def __init__(self, arrays: Arrays, clock: Clock):
@@ -28,34 +29,34 @@ class FreeLaunches:
         self._field: Any = None
         self._record()
 
-    def accept_forces(self, field: Any = None) -> None:
-        """Make room for external forces, and have a ``field`` kernel make them anew for each step, if one is given."""
-        make_room_for_forces(self.arrays)
+    def enable_forces(self, field: Any = None) -> None:
+        """Allocate external forces. A ``field`` kernel, if given, evaluates them before each step."""
+        allocate_force(self.arrays)
         self._field = field
         self._record()
-        self.frames()
+        self.find_frames()
 
     def _record(self) -> None:
         self.version = object()
-        self._move = SideBySide([partial(self._launch_move, a) for a in self._parts()], self.device)
+        self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in self._slices()], self.device)
         self._tick = Recorded(self.clock.launch_tick, self.device)
-        self.frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
-        self.measure = Recorded(self._launch_measure, self.device)
-        self.materialise = Recorded(self._launch_materialise, self.device)
+        self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
+        self.find_output = Recorded(self._launch_output, self.device)
+        self.find_material_frame = Recorded(self._launch_material_frame, self.device)
 
-    def _parts(self) -> list[Arrays]:
-        """The arrays in slices of rods, one a thread."""
-        parts = slices(self.rods, self.nodes, self.device)
-        return [part(self.arrays, rods) for rods in parts] if len(parts) > 1 else [self.arrays]
+    def _slices(self) -> list[Arrays]:
+        """The arrays in slices of rods, one for each thread."""
+        parts = thread_slices(self.rods, self.nodes, self.device)
+        return [slice_arrays(self.arrays, rods) for rods in parts] if len(parts) > 1 else [self.arrays]
 
     @property
     def threads(self) -> int:
-        """How many share a step."""
-        return self._move.threads
+        """The number of threads that share a step."""
+        return self._advance.threads
 
     def advance(self) -> None:
-        """One step of every sound rod."""
-        self._move()
+        """One step of every rod that is not frozen."""
+        self._advance()
         self._tick()
 
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
@@ -65,27 +66,29 @@ class FreeLaunches:
         if self._field is not None:
             self._launch(self._field, a.position.shape, a.position, a.rotation, self.clock.array, a.force)
         if a.force is not None:
-            self._launch(output.to_body, a.position.shape, a.rotation, a.force, a.applied)
+            self._launch(output.rotate_force_to_bishop, a.position.shape, a.rotation, a.force, a.external)
 
-    def _launch_move(self, a: Arrays) -> None:
+    def _launch_advance(self, a: Arrays) -> None:
         self._launch_force(a)
-        state = (a.rods, a.now, a.change, a.midpoint, a.applied, self.clock.array, a.failed_at)
-        self._launch(motion.advance, a.position.shape[0], *state, a.star, a.scratch)
+        state = (a.rods, a.now, a.change, a.midpoint, a.external, self.clock.array, a.failed_at)
+        self._launch(motion.advance, a.position.shape[0], *state, a.star, a.step_balance)
         if a.force is not None:
             self._launch_frames(a)
 
     def _launch_frames(self, a: Arrays) -> None:
-        self._launch(output.lay_out, a.position.shape, a.now, a.midpoint, a.bishop_strain, a.rotation, a.position)
+        middle = (a.now, a.midpoint, a.bishop_strain, a.rotation, a.position)
+        self._launch(output.set_bishop_strain, a.position.shape, *middle)
         self._launch(
             integrate_frames, a.position.shape[0], a.bishop_strain, a.spacing, self.nodes // 2, a.rotation, a.position
         )
 
-    def _launch_measure(self) -> None:
+    def _launch_output(self) -> None:
         a = self.arrays
         self._launch_force(a)
-        self._launch(output.measure, self.rods, a.rods, a.now, a.flow, a.measures)
+        self._launch(output.find_output, self.rods, a.rods, a.now, a.balance, a.output)
 
-    def _launch_materialise(self) -> None:
-        a, grid = self.arrays, (self.rods, self.nodes)
+    def _launch_material_frame(self) -> None:
+        a = self.arrays
         self._launch_frames(a)
-        self._launch(output.materialise, grid, a.rods, a.now, a.midpoint, a.rotation, a.strain, a.orientation)
+        frames = (a.rods, a.now, a.midpoint, a.rotation, a.strain, a.orientation)
+        self._launch(output.find_material_frame, (self.rods, self.nodes), *frames)

@@ -1,4 +1,4 @@
-"""What can be read of an ensemble of free rods beside what every ensemble offers."""
+"""Readings of an ensemble of free rods, in addition to those of every ensemble."""
 
 from __future__ import annotations
 
@@ -10,82 +10,83 @@ import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
-from warp_rods.rods.ensemble import Reading
 from warp_rods.rods.free.arrays import Arrays
 from warp_rods.rods.free.launches import FreeLaunches
+from warp_rods.rods.readings import Reading, Readings
 
 
-class FreeReadings:
-    """Readings of the present state, brought up to date when they are asked for."""
+class FreeReadings(Readings):
+    """Readings of the present state, computed when they are read."""
 
     _arrays: Arrays
-    _run: FreeLaunches
+    _launches: FreeLaunches
 
     def _apply_external(self) -> None:
-        """Make the external force that of this moment."""
+        """Evaluate the external force at the present time."""
 
-    def _balance(self) -> None:
+    def _find_output(self) -> None:
         self._apply_external()
-        self._run.measure()
+        self._launches.find_output()
 
     def readings(self) -> dict[str, Reading]:
         """How each variable is read, by its name."""
-        a, m = self._arrays, self._arrays.measures
+        a, output = self._arrays, self._arrays.output
 
         def of(update: Any, array: wp.array) -> Reading:
             return Reading(update, partial(to_host, array))
 
-        # The balance comes first: an external force is a function of the frames before they are made anew.
-        balance, frames = self._balance, self._run.materialise
+        # Output comes first: an external force is evaluated with the frames as they were after the last step.
+        find_output, find_frames = self._find_output, self._launches.find_material_frame
         return {
-            "tension": of(balance, a.flow.tension),
-            "energy_density": of(balance, m.energy_density),
-            "energy": of(balance, m.energy),
-            "dissipation": of(balance, m.dissipation),
-            "power": of(balance, m.power),
-            "position": of(frames, a.position),
-            "strain": of(frames, a.strain),
-            "orientation": of(frames, a.orientation),
-            "rotation": of(frames, a.rotation),
-            "status": of(_up_to_date, a.rods.status),
-            "activity": of(_up_to_date, a.now.activity),
+            "tension": of(find_output, a.balance.tension),
+            "energy_density": of(find_output, output.energy_density),
+            "energy": of(find_output, output.energy),
+            "dissipation": of(find_output, output.dissipation),
+            "power": of(find_output, output.power),
+            "position": of(find_frames, a.position),
+            "strain": of(find_frames, a.strain),
+            "orientation": of(find_frames, a.orientation),
+            "rotation": of(find_frames, a.rotation),
+            "status": of(_no_update, a.rods.status),
+            "activity": of(_no_update, a.now.activity),
         }
 
     @property
     def rotation(self) -> np.ndarray:
         """Directors of the Bishop frame as columns, tangent first [rod, node, 3, 3]."""
-        return self.reading("rotation")  # type: ignore[attr-defined]
+        return self.reading("rotation")
 
     @property
     def activity(self) -> np.ndarray:
         """The flagellar field f [rod, node]."""
-        return self.reading("activity")  # type: ignore[attr-defined]
+        return self.reading("activity")
 
     def rates(self) -> dict[str, np.ndarray]:
-        """The present shape and what the semi-discrete equations make of it, Bishop frame.
+        """The present shape, its rates of change and its velocities, in the Bishop frame.
 
-        At nodes [rod, node]: ``bending`` k = Ω[1] + iΩ[2], complex, ``twist``, ``activity``, each with its time
-        derivative ``…_rate``; ``tension``; ``transverse`` u⊥, complex. At half nodes: ``axial`` u0, ``spin`` ω⊥.
+        At nodes [rod, node]: ``bending`` k = Ω[1] + iΩ[2] (complex), ``twist`` and ``activity``, each with its time
+        derivative ``…_rate``; ``tension`` λ; ``transverse`` velocity u⊥ (complex). At half nodes [rod, node − 1]:
+        ``axial`` velocity u0, transverse ``angular_velocity`` ω⊥ (complex).
         """
         a = self._arrays
         with exclusive:
-            self._balance()
+            self._find_output()
             return {
                 "bending": _complex(a.now.bending),
                 "twist": to_host(a.now.twist),
                 "activity": to_host(a.now.activity),
-                "bending_rate": _complex(a.measures.bending_rate),
-                "twist_rate": to_host(a.measures.twist_rate),
-                "activity_rate": to_host(a.measures.activity_rate),
-                "tension": to_host(a.flow.tension),
-                "transverse": _complex(a.flow.transverse),
-                "axial": to_host(a.flow.axial)[:, :-1],
-                "spin": _complex(a.flow.spin)[:, :-1],
+                "bending_rate": _complex(a.output.bending_rate),
+                "twist_rate": to_host(a.output.twist_rate),
+                "activity_rate": to_host(a.output.activity_rate),
+                "tension": to_host(a.balance.tension),
+                "transverse": _complex(a.balance.transverse_velocity),
+                "axial": to_host(a.balance.axial_velocity)[:, :-1],
+                "angular_velocity": _complex(a.balance.angular_velocity)[:, :-1],
             }
 
 
-def _up_to_date() -> None:
-    """Arrays of the state are present at any moment."""
+def _no_update() -> None:
+    """Arrays of the state are always up to date."""
 
 
 def _complex(pairs: wp.array) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""An ensemble of active Kirchhoff rods that swim freely (docs/model.md §2; thesis chapter 4)."""
+"""An ensemble of free active Kirchhoff rods (docs/model.md §2; dissertation, chapter 4)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.free.output import force_field
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Parameter
-from warp_rods.rods.free.arrays import allocate
+from warp_rods.rods.free.arrays import SHAPE, allocate
 from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
@@ -21,30 +21,30 @@ from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
-SHAPE = ("bending", "twist", "activity")
-MIDPOINT = ("rotation", "position", "angle", "spin", "velocity", "roll")
+MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
 
 
 class FreeRods(FreeReadings, Ensemble):
     """Active rods, each with its own parameters. NumPy in, NumPy out; no files.
 
-    Dimensionless as in docs/model.md §1: length L, velocity f*/ζ∥, time ζ∥L/f*. One number for all rods or one a rod:
-    bend β⊥, twist β∥ (stiffnesses), moment M, drag_ratio η, rotational_drag ηr. flagella: ``Flagella``, a mapping with
-    its fields, or None for passive rods. shape: a table as in a scene, or strains [rod, node, 3] of the material frame,
-    component 0 twist; strains are set to 0 at the ends, which are free. symmetric: keep the π-rotation symmetry of C.4
-    exactly, for rods that start with it in the gauge of C.49. external: force per length in space, a function
-    ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
-    ``(x, tangent, t) -> vec3d``; the columns of rotation are the Bishop frame, tangent first. position [rod, 3],
-    rotation [rod, 3, 3]: the material frame of the middle node at the start.
+    Quantities are dimensionless as in docs/model.md §1.2: length L, velocity f*/ζ∥, time ζ∥L/f*. One number for all
+    rods or one for each: bend β⊥ and twist β∥ (stiffnesses), moment M, drag_ratio η, rotational_drag ηr.
+
+    flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
+    strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
+    position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
+    π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
+    in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
+    ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first.
 
     Raises SceneError naming the parameter for an even number of nodes or fewer than 17, for impossible values, and
-    for lists that do not match.
+    for values whose shape does not fit.
     """
 
     saved = SWIMMER_VARIABLES
 
     bend = Parameter("Bending stiffness β⊥ [rod].")
-    twist = Parameter("Twisting stiffness β∥ [rod].")
+    twist = Parameter("Twist stiffness β∥ [rod].")
     moment = Parameter("Active moment M [rod].")
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
     rotational_drag = Parameter("Rotational drag ηr [rod].")
@@ -75,20 +75,20 @@ class FreeRods(FreeReadings, Ensemble):
         given |= {"rotational_drag": rotational_drag}
         given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.diffusion}
         super().__init__(count, nodes, parameters_of(given, count), device)
-        numbers = self.flagella.law_numbers(count)
+        law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
-            self._arrays = allocate(self._parameters, nodes, self.flagella.number, numbers, self.symmetric, self.device)
+            self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
             self._place(shape, points(position, count), frames(rotation, count))
-            self._run = FreeLaunches(self._arrays, self._clock)
+            self._launches = FreeLaunches(self._arrays, self._clock)
             self._external: Callable | None = None
             if isinstance(external, wp.Function):
-                self._accept_forces(force_field(external))
+                self._enable_forces(force_field(external))
             elif external is not None:
-                self._accept_forces()
+                self._enable_forces()
                 self._external = external
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
-        """Strains of the material frame to the Bishop frame: the two agree at the midpoint at the start."""
+        """Set the state at the start; material and Bishop frame agree at the middle node."""
         strain = initial_strain(shape, self.nodes, self._parameters)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
@@ -101,33 +101,33 @@ class FreeRods(FreeReadings, Ensemble):
         midpoint.rotation.assign(rotation)
         midpoint.position.assign(position)
 
-    def _accept_forces(self, field: Any = None) -> None:
+    def _enable_forces(self, field: Any = None) -> None:
         if self.symmetric:
             raise SceneError("symmetric = true: an external force could break the symmetry")
-        self._run.accept_forces(field)
+        self._launches.enable_forces(field)
 
     def prepare_step(self, dt: float) -> None:
-        """Take the external force from its function, where one was given."""
+        """Evaluate the external force, if a function for it was given."""
         self._apply_external()
 
     def take_step(self) -> None:
-        """Launch one step as long as ``set_step`` said."""
-        self._run.advance()
+        """Launch one step of the length given to ``set_step``."""
+        self._launches.advance()
 
     @property
     def recordable(self) -> bool:
-        """A step is kernels alone, unless a Python function gives the force or threads share it."""
-        return self._external is None and self._run.threads == 1
+        """False if a Python function gives the force, or threads share a step."""
+        return self._external is None and self._launches.threads == 1
 
     @property
     def threads(self) -> int:
-        """How many threads share a step."""
-        return self._run.threads
+        """The number of threads that share a step."""
+        return self._launches.threads
 
     @property
     def version(self) -> object:
-        """Another object once device arrays were replaced."""
-        return self._run.version
+        """An object that is replaced when device arrays are."""
+        return self._launches.version
 
     def _apply_external(self) -> None:
         if self._external is None:
@@ -138,7 +138,7 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def force(self) -> np.ndarray:
-        """External force per length in space [rod, node, 3], yours to set: one vector, or one a node."""
+        """External force per length in space [rod, node, 3]. Set it to one vector, or to one vector for each node."""
         if self._arrays.force is None:
             return np.zeros((self.count, self.nodes, 3))
         with exclusive:
@@ -150,18 +150,18 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def force_array(self) -> wp.array:
-        """External force per length on the device [rod, node], in space; the first call makes room for it."""
+        """External force per length in space on the device [rod, node]; allocated by the first call."""
         with exclusive:
             if self._arrays.force is None:
-                self._accept_forces()
+                self._enable_forces()
         assert self._arrays.force is not None
         return self._arrays.force
 
     @property
     def position_array(self) -> wp.array:
-        """Centre line on the device [rod, node]: always present where there are external forces."""
+        """Centre line on the device [rod, node]; steps with external forces keep it up to date."""
         if self._arrays.force is None:
-            self._run.frames()
+            self._launches.find_frames()
         return self._arrays.position
 
     @property
@@ -176,12 +176,12 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def failed_at(self) -> np.ndarray:
-        """When each rod was frozen [rod]; without meaning for a sound one."""
+        """The time at which each rod was frozen [rod]; meaningless for the others."""
         with exclusive:
             return to_host(self._arrays.failed_at)
 
     def static(self) -> dict[str, np.ndarray]:
-        """What the trajectory keeps once: names of ``variables.STATIC``."""
+        """What a trajectory saves once: names of ``variables.STATIC``."""
         names = ("moment", "drag_ratio", "rotational_drag")
         stiffness = {"bending_stiffness": self.bend, "twist_stiffness": self.twist}
         return {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
@@ -194,16 +194,16 @@ class FreeRods(FreeReadings, Ensemble):
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in MIDPOINT}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
         if a.force is not None:
-            arrays |= {"force": a.force, "force_before": a.applied.before}
+            arrays |= {"force": a.force, "force_previous": a.external.previous}
         return arrays
 
-    def make_room(self, state: Mapping[str, np.ndarray]) -> None:
-        """Room for an external force where the state has one."""
+    def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
+        """Allocate the external force if the state has one."""
         if "force" in state:
             _ = self.force_array
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a ``state`` of an ensemble of the same parameters."""
+        """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
         if self._arrays.force is not None:
-            self._run.frames()
+            self._launches.find_frames()

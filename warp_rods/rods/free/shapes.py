@@ -1,4 +1,4 @@
-"""Strains that a free rod may start from, material frame, component 0 twist."""
+"""Strains of free rods at the start, in the material frame, twist first."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from warp_rods.rods.per_rod import parameter
 
 
 def mode(s, amplitude, parameters, *, mode: int = 0):
-    """Planar: κ = amplitude φ_mode."""
+    """A beam mode in a plane: κ = amplitude φ_mode."""
     if not isinstance(mode, (int, np.integer)) or mode < 0:
         raise SceneError(f"shape.mode = {mode!r}: must be a whole number, 0 or more")
     return _strain(0.0, 0.0, amplitude * beam_mode(mode, s))
 
 
 def writhe(s, amplitude, parameters, *, balanced: bool = True):
-    """C.63–C.65, a coiled rod; its twist is the one that balances the active torque, or ten times it as printed."""
+    """A coiled rod (C.63) to (C.65); its twist balances the active moment, or is ten times that, as printed."""
     ratio = parameters["moment"] / parameters["twist"]
     # log cosh without overflow
     twist = np.logaddexp(10 * s, -10 * s) - np.logaddexp(5.0, -5.0)
@@ -31,24 +31,24 @@ def writhe(s, amplitude, parameters, *, balanced: bool = True):
 
 
 def straight(s, amplitude, parameters):
-    """No strain at all."""
+    """No strain."""
     return _strain(0.0, 0.0, 0.0 * amplitude * s)
 
 
 SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, "straight": straight}
-"""By ``kind``: functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]} and what the kind needs."""
+"""Functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]} and the keywords of the kind, by ``kind``."""
 
 
 def initial_strain(shape: Any, nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
-    parameters: {name: [rod]}; None stands for beam mode 0 of amplitude 1. Raises SceneError for an unknown kind or
-    key, and for values that do not fit or are not finite.
+    parameters: {name: [rod]}. None is beam mode 0 of amplitude 1. Raises SceneError for an unknown kind or key, for
+    values whose shape does not fit, and for values that are not finite.
     """
     rods = len(parameters["bend"])
     if shape is None:
         shape = {}
-    values = _made(shape, nodes, parameters) if isinstance(shape, Mapping) else shape
+    values = _from_table(shape, nodes, parameters) if isinstance(shape, Mapping) else shape
     try:
         strain = np.array(np.broadcast_to(np.asarray(values, dtype=float), (rods, nodes, 3)))
     except (TypeError, ValueError) as error:
@@ -61,7 +61,7 @@ def initial_strain(shape: Any, nodes: int, parameters: Mapping[str, np.ndarray])
     return strain
 
 
-def _made(table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+def _from_table(table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """Strains of a table {kind, amplitude, …}."""
     rest = dict(table)
     kind = rest.pop("kind", "mode")
@@ -74,7 +74,7 @@ def _made(table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndar
 
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:
-    """Integral of node values [rod, node] over s in [−1/2, 1/2] from the middle node, trapezoid rule."""
+    """Integral over s from the middle node of node values [rod, node], by the trapezoid rule; s from −1/2 to 1/2."""
     nodes = density.shape[1]
     cells = (density[:, 1:] + density[:, :-1]) / (2 * (nodes - 1))
     total = np.pad(np.cumsum(cells, axis=1), ((0, 0), (1, 0)))

@@ -1,4 +1,4 @@
-"""How swimmers stand at the start of a crowd: clear of each other, as many as stated, in the order asked for."""
+"""Placement of swimmers in a box: clearance, volume fraction, directions, and faults."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
 SLAB = {"kind": "slab", "height": 0.3, "fraction": 0.3}
 CUBE = {"kind": "periodic", "fraction": 0.05}
 SPHERE = {"kind": "sphere", "radius": 1.5}
-WORDS = ["random", "aligned", "polar lanes", "nematic lanes", "bands"]
+ARRANGEMENTS = ["random", "aligned", "polar lanes", "nematic lanes", "bands"]
 
 
 def laid_out(box, *swimmers, **changes) -> Simulation:
@@ -29,7 +29,7 @@ def lines(simulation: Simulation) -> list[np.ndarray]:
     return [line for e in simulation.ensembles.values() for line in e.position]
 
 
-def headings(simulation: Simulation) -> np.ndarray:
+def directions(simulation: Simulation) -> np.ndarray:
     """Unit tangents of the middles [rod, 3]."""
     return np.concatenate([e.rotation[:, e.nodes // 2, :, 0] for e in simulation.ensembles.values()])
 
@@ -39,48 +39,48 @@ def middles(simulation: Simulation) -> np.ndarray:
 
 
 def closest(simulation: Simulation) -> float:
-    """The least distance of nodes of two rods, of nearest images, by brute force."""
-    every, least = lines(simulation), np.inf
+    """The smallest distance between nodes of different rods, with nearest images, over all pairs."""
+    rods, least = lines(simulation), np.inf
     period = np.array(simulation.scene.period)
-    around = np.where(period > 0, period, np.inf)
-    for k, line in enumerate(every[:-1]):
-        d = np.concatenate(every[k + 1 :])[:, None] - line
-        d -= np.where(period > 0, period, 0.0) * np.round(d / around)
+    divisor = np.where(period > 0, period, np.inf)
+    for k, line in enumerate(rods[:-1]):
+        d = np.concatenate(rods[k + 1 :])[:, None] - line
+        d -= np.where(period > 0, period, 0.0) * np.round(d / divisor)
         least = min(least, np.linalg.norm(d, axis=-1).min())
     return float(least)
 
 
-@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 @pytest.mark.parametrize("box", [SLAB, CUBE], ids=["slab", "cube"])
 @pytest.mark.parametrize("nodes", [17, 33])
-def test_no_rod_is_closer_to_another_than_the_core(word, box, nodes):
-    """Over the faces of the box too: for 17 nodes it is their spacing 1/16 that is below the core, for none above."""
-    simulation = laid_out(box, {**CELLS, "placement": word, "nodes": nodes})
+def test_no_rod_is_closer_to_another_than_the_core(arrangement, box, nodes):
+    """Across the faces of the box as well; the spacings 1/16 and 1/32 of the nodes are smaller than the core."""
+    simulation = laid_out(box, {**CELLS, "placement": arrangement, "nodes": nodes})
     assert closest(simulation) >= max(STERIC["core"], 1 / (nodes - 1)) * (1 - 1e-12)
-    assert [note for note in simulation.notes if f"placed {word}" in note]
+    assert [note for note in simulation.notes if f"placed {arrangement}" in note]
 
 
-def test_the_wider_of_core_and_spacing_is_kept_clear():
+def test_the_clearance_is_the_larger_of_core_and_spacing():
     simulation = laid_out(SLAB, steric={**STERIC, "core": 0.04})
     assert closest(simulation) >= 1 / 16 * (1 - 1e-12)
 
 
-@pytest.mark.parametrize("word", WORDS)
-def test_the_fraction_is_the_one_stated(word):
-    flat = laid_out(SLAB, {**CELLS, "placement": word})
+@pytest.mark.parametrize("arrangement", ARRANGEMENTS)
+def test_the_fraction_is_the_one_stated(arrangement):
+    flat = laid_out(SLAB, {**CELLS, "placement": arrangement})
     x, y, _ = flat.scene.period
     assert len(lines(flat)) * 0.08 / (x * y) == pytest.approx(0.3, rel=1e-12)
     at = middles(flat)
     assert (np.abs(at[:, 2]) <= 0.1 + 1e-12).all()  # between the walls and clear of their range
     assert np.ptp(at[:, 0]) > 0.7 * x and np.ptp(at[:, 1]) > 0.7 * y
-    box = laid_out(CUBE, {**CELLS, "placement": word})
+    box = laid_out(CUBE, {**CELLS, "placement": arrangement})
     assert len(lines(box)) * np.pi / 4 * 0.08**2 / np.prod(box.scene.period) == pytest.approx(0.05, rel=1e-12)
 
 
-def test_random_ones_are_isotropic():
-    """⟨p⟩² of n directions is 1/n on average, as χ² over its degrees, 2 or 3: above most/n once in a thousand."""
+def test_random_directions_are_isotropic():
+    """n ⟨p⟩² of n directions is χ² over its degrees of freedom, 2 or 3: above ``most`` once in a thousand."""
     for box, most in ((SLAB, 13.8 / 2), (CUBE, 16.3 / 3)):
-        p = headings(laid_out(box, {**CELLS, "count": 150}))
+        p = directions(laid_out(box, {**CELLS, "count": 150}))
         n = len(p)
         assert np.sum(p.mean(axis=0) ** 2) < most / n
         if box is SLAB:
@@ -88,50 +88,50 @@ def test_random_ones_are_isotropic():
             assert np.abs(np.exp(2j * np.angle(p[:, 0] + 1j * p[:, 1])).mean()) ** 2 < most / n
         else:
             Q = 1.5 * (np.einsum("ri,rj->ij", p, p) / n - np.eye(3) / 3)
-            assert np.trace(Q @ Q) < 20.5 / 5 * 1.5 / n  # 1.5/n on average, as χ²₅ over 5: 20.5 once in a thousand
+            assert np.trace(Q @ Q) < 20.5 / 5 * 1.5 / n  # 1.5/n times χ²₅/5; χ²₅ exceeds 20.5 once in a thousand
 
 
-def test_aligned_ones_head_along_x():
+def test_aligned_swimmers_are_directed_along_x():
     for box in (SLAB, CUBE):
-        np.testing.assert_allclose(headings(laid_out(box, {**CELLS, "placement": "aligned"})), [[1, 0, 0]] * 60)
+        np.testing.assert_allclose(directions(laid_out(box, {**CELLS, "placement": "aligned"})), [[1, 0, 0]] * 60)
 
 
 @pytest.mark.parametrize("box", [SLAB, CUBE], ids=["slab", "cube"])
-def test_polar_lanes_head_by_turns(box):
+def test_polar_lanes_alternate_in_direction(box):
     simulation = laid_out(box, {**CELLS, "placement": "polar lanes", "count": 80})
-    p, at, width = headings(simulation), middles(simulation), simulation.scene.period[1]
+    p, at, width = directions(simulation), middles(simulation), simulation.scene.period[1]
     lanes = 2 * max(1, round(width / 2))
     lane = np.floor((at[:, 1] / width + 0.5) * lanes).astype(int)
     np.testing.assert_allclose(p[:, 0], np.where(lane % 2, -1.0, 1.0))
     assert set(lane) == set(range(lanes))
-    assert 0.5 < width / lanes < 2  # about a length
+    assert 0.5 < width / lanes < 2  # about the length of a swimmer
 
 
-def test_nematic_lanes_head_either_way_by_chance():
-    p = headings(laid_out(SLAB, {**CELLS, "placement": "nematic lanes", "count": 100}))
+def test_swimmers_in_nematic_lanes_have_random_signs():
+    p = directions(laid_out(SLAB, {**CELLS, "placement": "nematic lanes", "count": 100}))
     np.testing.assert_allclose(np.abs(p[:, 0]), 1)
     assert abs(p[:, 0].sum()) < 3.3 * np.sqrt(100)
 
 
-def test_bands_head_for_each_other():
+def test_bands_swim_towards_each_other():
     for box in (SLAB, CUBE):
         simulation = laid_out(box, {**CELLS, "placement": "bands"})
-        p, x = headings(simulation)[:, 0], middles(simulation)[:, 0]
+        p, x = directions(simulation)[:, 0], middles(simulation)[:, 0]
         np.testing.assert_allclose(p, np.where(x < 0, 1.0, -1.0))
         assert 15 < (x < 0).sum() < 45
 
 
-@pytest.mark.parametrize("word", WORDS)
-def test_the_seed_decides(word):
+@pytest.mark.parametrize("arrangement", ARRANGEMENTS)
+def test_the_seed_determines_the_placement(arrangement):
     def at(seed):
-        return middles(laid_out(SLAB, {**CELLS, "placement": word}, seed=seed))
+        return middles(laid_out(SLAB, {**CELLS, "placement": arrangement}, seed=seed))
 
     one = at(1)
     assert one.tobytes() == at(1).tobytes()
     assert np.abs(one - at(2)).max() > 0.1
 
 
-def test_ensembles_of_other_nodes_find_their_places_together():
+def test_ensembles_with_different_numbers_of_nodes_are_placed_together():
     more = {**CELLS, "name": "more", "nodes": 33, "count": 40, "bend": 1e-3}
     bent = {**CELLS, "name": "bent", "count": 20, "shape": {"kind": "mode", "amplitude": 3.0}}
     simulation = laid_out(SLAB, CELLS, more, bent)
@@ -139,20 +139,20 @@ def test_ensembles_of_other_nodes_find_their_places_together():
     assert {name: e.count for name, e in simulation.ensembles.items()} == {"cells": 60, "more": 40, "bent": 20}
     flat = np.concatenate([np.ptp(e.position[..., 2], axis=1) for e in simulation.ensembles.values()])
     assert flat.max() < 1e-12  # bent in the plane of the slab
-    for e in simulation.ensembles.values():  # none of them was left for the rest of the room
+    for e in simulation.ensembles.values():  # no ensemble is confined to a part of the box
         assert np.ptp(e.position[:, 0, 0]) > 0.6 * simulation.scene.period[0]
 
 
-def test_each_word_keeps_clear_of_the_others():
+def test_different_arrangements_keep_clear_of_each_other():
     lanes = {**CELLS, "name": "lanes", "placement": "polar lanes", "count": 20}
     assert closest(laid_out(SLAB, CELLS, lanes)) >= 0.08 * (1 - 1e-12)
 
 
-@pytest.mark.parametrize("word", ["random", "aligned"])
-def test_those_placed_at_random_keep_clear_of_those_whose_places_are_given(word):
-    """In whatever order their tables stand; the order of ensembles is that of the tables."""
+@pytest.mark.parametrize("arrangement", ["random", "aligned"])
+def test_arranged_swimmers_keep_clear_of_given_placements(arrangement):
+    """In any order of the tables; the order of the ensembles is that of the tables."""
     given = {**CELLS, "name": "given", "count": 2, "placement": {"position": [[0, 0, 0], [0, 0.5, 0]]}}
-    first = {**CELLS, "count": 30, "placement": word}
+    first = {**CELLS, "count": 30, "placement": arrangement}
     box = {**SLAB, "height": 0.11, "fraction": 0.4}
     for tables in ((first, given), (given, first)):
         simulation = laid_out(box, *tables)
@@ -172,36 +172,36 @@ def test_swimmers_keep_clear_of_filaments():
     assert closest(simulation) >= 0.08 * (1 - 1e-12)
 
 
-@pytest.mark.parametrize("word", ["random", "aligned", "bands", "nematic lanes", "polar lanes"])
-def test_a_container_holds_all_of_every_rod(word):
-    simulation = laid_out({"kind": "container", "surface": SPHERE}, {**CELLS, "count": 40, "placement": word})
+@pytest.mark.parametrize("arrangement", ["random", "aligned", "bands", "nematic lanes", "polar lanes"])
+def test_a_container_contains_every_node(arrangement):
+    simulation = laid_out({"kind": "container", "surface": SPHERE}, {**CELLS, "count": 40, "placement": arrangement})
     r = np.linalg.norm(np.concatenate(lines(simulation)), axis=-1)
-    # φ/|∇φ| = (r − R²/r)/2 is not above −ε/2.
+    # φ/|∇φ| = (r − R²/r)/2 is below −ε/2.
     assert ((r - 1.5**2 / r) / 2).max() < -0.04
     assert closest(simulation) >= 0.08 * (1 - 1e-12)
 
 
-def test_without_sterics_they_may_overlap():
+def test_without_steric_forces_swimmers_may_overlap():
     simulation = laid_out({"kind": "slab", "height": 0.11, "size": [2, 2]}, steric=None)
     assert closest(simulation) < 0.04 and "may overlap" in simulation.notes[0]
 
 
-def test_rods_that_start_in_a_wall_are_told():
+def test_rods_that_start_beyond_a_wall_are_warned_of():
     given = {"position": [[0, 0, 3.0], [0, 0.5, 0]]}
     cells = {**CELLS, "count": 2, "placement": given}
     for box in ({"kind": "slab", "height": 0.2}, {"kind": "container", "surface": SPHERE}):
         scene = Scene(swimmers=[cells], steric=STERIC, box=box, time={"end": 1.0})
-        assert [line for line in lay_out(scene, "cpu").warnings if "1 rods start through a wall" in line]
+        assert [line for line in lay_out(scene, "cpu").warnings if "1 rods start beyond a wall" in line]
 
 
-def test_rods_that_start_in_each_other_are_told():
-    """Without a placement all swimmers are at the origin; where they coincide they feel nothing of each other."""
+def test_rods_that_start_too_close_are_warned_of():
+    """Without a placement all swimmers are at the origin; where they coincide the force between them vanishes."""
     time, cells = {"end": 1.0}, {k: v for k, v in CELLS.items() if k != "placement"}
-    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3}], steric=STERIC, time=time), "cpu")
-    assert [line for line in crowd.warnings if line.startswith("3 pairs of rods start closer than 0.5 of")]
+    layout = lay_out(Scene(swimmers=[{**cells, "count": 3}], steric=STERIC, time=time), "cpu")
+    assert [line for line in layout.warnings if line.startswith("3 pairs of rods start closer than 0.5 of")]
     apart = {"position": [[0, 0, 0], [0, 0, 0.08], [0, 0, 1.0]]}
-    crowd = lay_out(Scene(swimmers=[{**cells, "count": 3, "placement": apart}], steric=STERIC, time=time), "cpu")
-    assert not [line for line in crowd.warnings if "start closer" in line]
+    layout = lay_out(Scene(swimmers=[{**cells, "count": 3, "placement": apart}], steric=STERIC, time=time), "cpu")
+    assert not [line for line in layout.warnings if "start closer" in line]
 
 
 @pytest.mark.parametrize(
@@ -231,6 +231,6 @@ def test_rods_that_start_in_each_other_are_told():
         ({"kind": "container", "surface": {"kind": "plane"}}, {}, "this container has no bounds"),
     ],
 )
-def test_what_does_not_fit_is_said(box, changes, said):
+def test_rods_that_do_not_fit_are_reported(box, changes, said):
     with pytest.raises(SceneError, match=said):
         laid_out(box, {**CELLS, **changes})

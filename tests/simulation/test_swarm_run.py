@@ -1,4 +1,4 @@
-"""A dense swarm in a film: nothing passes through anything, nothing is lost, nothing leaves; and a run resumed."""
+"""A dense swarm in a film: no rod passes through another, fails or leaves the film; a resumed run."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ STERIC = {"strength": 2000.0, "range": 0.02, "core": 0.08}
 
 
 def film(end=2.0, step=5e-4, every=0.02, strength=2000.0, **changes) -> Scene:
-    """Soft and stiff cells that fill 0.3 of a film too low for two to lie on each other."""
+    """Soft and stiff cells that fill 0.3 of a film too low for two layers."""
     tables = {
         "swimmers": [{**KIND, "name": "soft", "bend": 1e-3}, {**KIND, "name": "stiff", "bend": 2e-2}],
         "box": FILM, "steric": {**STERIC, "strength": strength},
@@ -28,7 +28,7 @@ def film(end=2.0, step=5e-4, every=0.02, strength=2000.0, **changes) -> Scene:
 
 
 def followed(scene: Scene) -> tuple[Simulation, xr.Dataset]:
-    """All cells of a run in one group."""
+    """A finished simulation, and all of its cells in one group."""
     simulation, frames = Simulation(scene, "cpu"), []
     while True:
         values = simulation.variables().values()
@@ -48,28 +48,28 @@ def followed(scene: Scene) -> tuple[Simulation, xr.Dataset]:
     )  # fmt: skip
 
 
-def seen_from_above(data: xr.Dataset) -> xr.Dataset:
-    """The film as a plane: there rods that lie on each other cross."""
+def projected(data: xr.Dataset) -> xr.Dataset:
+    """The film projected onto its plane, where rods that lie on each other cross."""
     return data.assign(position=data["position"] * np.array([1.0, 1.0, 0.0]))
 
 
-def test_a_dense_swarm_stays_in_its_film_and_out_of_each_other():
+def test_cells_of_a_dense_swarm_stay_in_the_film_and_do_not_cross():
     simulation, data = followed(film())
     assert int(crossings(data)["crossings"].sum()) == 0
-    assert int(crossings(seen_from_above(data))["crossings"].sum()) == 0
+    assert int(crossings(projected(data))["crossings"].sum()) == 0
     assert not data["status"].any() and not simulation.contact.unresolved
     assert np.abs(data["position"][..., 2]).max() < FILM["height"] / 2
-    way = np.linalg.norm(data["position"][-1, :, 8] - data["position"][0, :, 8], axis=-1)
-    assert np.median(way) > 0.2  # they do swim
+    displacement = np.linalg.norm(data["position"][-1, :, 8] - data["position"][0, :, 8], axis=-1)
+    assert np.median(displacement) > 0.2  # the cells swim
 
 
-def test_without_sterics_they_pass_through_each_other():
+def test_without_steric_forces_cells_pass_through_each_other():
     _, data = followed(film(end=0.4, strength=0.0))
-    assert int(crossings(seen_from_above(data))["crossings"].sum()) > 20
+    assert int(crossings(projected(data))["crossings"].sum()) > 20
 
 
-def test_a_swarm_that_was_stopped_goes_on_to_the_same_bits(tmp_path, monkeypatch):
-    """With long steps, cut by contact, and interrupted within the steps from one frame to the next."""
+def test_an_interrupted_swarm_resumes_with_the_same_bits(tmp_path, monkeypatch):
+    """With long steps that contact divides into substeps, interrupted between two frames."""
     scene = film(end=0.2, step=4e-3)
     whole = runner.simulate(scene, tmp_path / "whole", device="cpu").data
     monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
@@ -87,7 +87,7 @@ def test_a_swarm_that_was_stopped_goes_on_to_the_same_bits(tmp_path, monkeypatch
         with pytest.raises(KeyboardInterrupt):
             runner.simulate(scene, tmp_path / "stopped", device="cpu")
     assert open_run(tmp_path / "stopped")["soft"].sizes["frame"] == 4
-    assert int(np.load(tmp_path / "stopped" / "checkpoint.npz")["parts"]) > 1
+    assert int(np.load(tmp_path / "stopped" / "checkpoint.npz")["substeps"]) > 1
     again = runner.simulate(scene, tmp_path / "stopped", device="cpu", resume=True).data
     for name in ("soft", "stiff"):
         for variable in ("position", "activity", "steric_energy", "wall_energy"):
@@ -113,8 +113,8 @@ ONE = {**KIND, "name": "one", "bend": 1e-2}
     ],
     ids=["walls", "no strength", "volume", "no forces", "short periods", "every step", "symmetric", "open", "nodes"],
 )
-def test_every_mixture_runs(changes, tmp_path):
-    """Energies are there where there are forces to have them, and nowhere else."""
+def test_every_combination_of_forces_runs(changes, tmp_path):
+    """Steric and wall energies differ from zero only with the corresponding forces."""
     tables = {
         "swimmers": [{**ONE, "name": "soft", "bend": 1e-3}, {**ONE, "name": "stiff", "bend": 2e-2}],
         "box": {"kind": "slab", "height": 0.12, "size": [4.0, 4.0]}, "steric": STERIC,
@@ -123,16 +123,16 @@ def test_every_mixture_runs(changes, tmp_path):
     tables = {key: value for key, value in tables.items() if value is not None}
     run = runner.simulate(Scene.parse(tables), tmp_path / "run", device="cpu")
     assert not run.lost
-    felt = {"steric_energy": 0.0, "wall_energy": 0.0}
+    energies = {"steric_energy": 0.0, "wall_energy": 0.0}
     for group in run.data.children.values():
         assert not group["status"].any() and np.isfinite(group["position"]).all()
-        felt = {name: so_far + float(group[name].sum()) for name, so_far in felt.items()}
-    assert (felt["steric_energy"] > 0) == (tables.get("steric", {}).get("strength", 0) > 0)
-    assert (felt["wall_energy"] > 0) <= (tables.get("box", {}).get("kind") == "slab")
+        energies = {name: total + float(group[name].sum()) for name, total in energies.items()}
+    assert (energies["steric_energy"] > 0) == (tables.get("steric", {}).get("strength", 0) > 0)
+    assert (energies["wall_energy"] > 0) <= (tables.get("box", {}).get("kind") == "slab")
 
 
-def test_a_rod_that_is_lost_stands_in_the_way_and_others_go_on():
-    """It keeps its last sound place, and is felt there; one whose place is no number is felt by none."""
+def test_a_frozen_rod_still_interacts_and_the_others_continue():
+    """It interacts at its last valid position; a rod with a non-finite position does not interact."""
     for broken in ("rods", "now"):
         simulation = Simulation(film(end=0.1, every=0.05), "cpu")
         soft = simulation.ensembles["soft"]
@@ -146,8 +146,8 @@ def test_a_rod_that_is_lost_stands_in_the_way_and_others_go_on():
         assert "soft: rod 3 became non-finite" in line
         found = simulation.variables()
         assert found["soft"]["status"].sum() == 1 and not found["stiff"]["status"].any()
-        sound = np.arange(30) != 3
-        for name, rods in (("soft", sound), ("stiff", slice(None))):
+        valid = np.arange(30) != 3
+        for name, rods in (("soft", valid), ("stiff", slice(None))):
             for variable in ("position", "steric_energy", "strain"):
                 assert np.isfinite(found[name][variable][rods]).all()
         assert np.isfinite(found["soft"]["position"][3]).all() == (broken == "rods")

@@ -1,0 +1,87 @@
+"""Readings of an ensemble of surface-bound filaments, in addition to those of every ensemble."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from warp_rods.kernels.layout import to_host
+from warp_rods.rods.bound.arrays import Arrays
+from warp_rods.rods.bound.launches import BoundLaunches
+from warp_rods.rods.clock import Clock
+from warp_rods.rods.readings import Reading, Readings
+
+COMPUTED = (
+    *("orientation", "energy_density", "energy", "dissipation", "gauss"),
+    *("growth_power", "membrane_power", "load", "load_moment"),
+)
+"""Variables that are output of the kernels; the others are part of the state or follow from it on the host."""
+
+
+class BoundReadings(Readings):
+    """Readings of the present state, computed when they are read."""
+
+    nodes: int
+    _arrays: Arrays
+    _clock: Clock
+    _launches: BoundLaunches
+    _saved_nodes: int
+
+    def evaluate(self) -> None:
+        """Compute tension, velocities and rates for the present shape, force and membrane."""
+        self._launches.set_membrane_time(self._clock.time)
+        self._launches.evaluate()
+
+    @property
+    def stride(self) -> int:
+        """A refined ensemble is saved at the nodes it started with."""
+        return (self.nodes - 1) // (self._saved_nodes - 1)
+
+    def _find_output(self) -> None:
+        self.evaluate()
+        self._launches.find_output()
+
+    def readings(self) -> dict[str, Reading]:
+        """How each variable is read, by its name."""
+        f, output = self._arrays.f, self._arrays.output
+        state = {"position": f.position, "rotation": f.rotation, "curvature": f.curvature, "status": f.status}
+        computed = {name: output[name] for name in COMPUTED}
+        computed |= {"tension": f.tension, "geodesic_rate": f.geodesic_rate}
+        found = {name: Reading(_no_update, partial(to_host, array)) for name, array in state.items()}
+        found |= {name: Reading(self._find_output, partial(to_host, array)) for name, array in computed.items()}
+        found["strain"] = Reading(_no_update, self._strain)
+        found["length"] = Reading(_no_update, lambda: to_host(f.spacing) * (self.nodes - 1))
+        found["power"] = Reading(self._find_output, self._power)
+        for column, name in enumerate(("constraint", "orthogonality", "arc_length")):
+            found[name] = Reading(self._find_output, partial(self._residual, column))
+        return found
+
+    def _residual(self, column: int) -> np.ndarray:
+        """The largest |φ|/|∇φ|, |q·n| or relative error of the length of a segment [rod]."""
+        return to_host(self._arrays.output["residuals"])[:, column]
+
+    def _strain(self) -> np.ndarray:
+        """Twist, normal and geodesic bending (K12, −K11, Ω) (5.17), (5.18)."""
+        f = self._arrays.f
+        K = to_host(f.curvature)
+        return np.stack([K[..., 1], -K[..., 0], to_host(f.geodesic)], axis=-1)
+
+    def _power(self) -> np.ndarray:
+        """Power of growth, of a moving membrane and of the external force."""
+        output = self._arrays.output
+        return to_host(output["growth_power"]) + to_host(output["membrane_power"]) + to_host(output["force_power"])
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Directors as columns (q, n×q, n) [rod, node, 3, 3]."""
+        return self.reading("rotation")
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """K11, K12, K22 [rod, node, 3] of the surface in the pair (q, n×q)."""
+        return self.reading("curvature")
+
+
+def _no_update() -> None:
+    """Arrays of the state are always up to date."""

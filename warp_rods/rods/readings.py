@@ -1,0 +1,101 @@
+"""Readings of an ensemble: what users, measures and trajectories read of its present state."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from warp_rods.device import exclusive
+from warp_rods.rods.variables import Variable
+
+
+class Reading(NamedTuple):
+    """How a variable is read: ``update`` computes it on the device, ``take`` copies it to the host."""
+
+    update: Callable[[], None]
+    take: Callable[[], np.ndarray]
+
+
+class Readings(ABC):
+    """Readings of the present state. Each is a new NumPy array."""
+
+    saved: ClassVar[Mapping[str, Variable]]
+    """The variables of a frame by name, those of contact included; ``variables`` returns the others."""
+
+    @abstractmethod
+    def readings(self) -> dict[str, Reading]:
+        """How each variable is read, by its name."""
+
+    @property
+    def stride(self) -> int:
+        """Every ``stride``-th node is saved."""
+        return 1
+
+    def reading(self, name: str) -> np.ndarray:
+        """A variable of the present state, at all nodes."""
+        with exclusive:
+            reading = self.readings()[name]
+            reading.update()
+            return reading.take()
+
+    def variables(self) -> dict[str, np.ndarray]:
+        """A frame of the present state: the variables of ``saved`` except those of contact, at the saved nodes."""
+        with exclusive:
+            readings = {name: row for name, row in self.readings().items() if name in self.saved}
+            for update in dict.fromkeys(row.update for row in readings.values()):
+                update()
+            taken = {name: row.take() for name, row in readings.items()}
+        saved_nodes = slice(None, None, self.stride)
+        return {name: v[:, saved_nodes] if "node" in self.saved[name].dims else v for name, v in taken.items()}
+
+    @abstractmethod
+    def static(self) -> dict[str, np.ndarray]:
+        """What a trajectory saves once: names of ``variables.STATIC``."""
+
+    @property
+    def position(self) -> np.ndarray:
+        """Centre line r [rod, node, 3]; length."""
+        return self.reading("position")
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """Directors of the material frame, tangent first, as quaternions x, y, z, w [rod, node, 4]."""
+        return self.reading("orientation")
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Twist and two bending strains of the material frame [rod, node, 3]; 1/length."""
+        return self.reading("strain")
+
+    @property
+    def tension(self) -> np.ndarray:
+        """λ [rod, node]; force."""
+        return self.reading("tension")
+
+    @property
+    def energy(self) -> np.ndarray:
+        """Elastic energy [rod]; force times length."""
+        return self.reading("energy")
+
+    @property
+    def energy_density(self) -> np.ndarray:
+        """Elastic energy per length [rod, node]; force."""
+        return self.reading("energy_density")
+
+    @property
+    def dissipation(self) -> np.ndarray:
+        """Power dissipated by drag [rod]."""
+        return self.reading("dissipation")
+
+    @property
+    def power(self) -> np.ndarray:
+        """Power of everything that does work on a rod [rod]: dE/dt = ``power`` − ``dissipation``."""
+        return self.reading("power")
+
+    @property
+    def status(self) -> np.ndarray:
+        """The ``Status`` of each rod [rod]: 0 unless it was frozen."""
+        return self.reading("status")

@@ -1,7 +1,7 @@
-"""Nanoseconds per node of the batched banded solves, next to SciPy rod by rod: ``python benchmarks/banded.py``.
+"""Time per node of the batched banded solvers, compared with SciPy for one rod at a time.
 
-One thread of one CPU core (or the first GPU), 65 nodes a rod, all diagonals variable. A solve is a captured
-graph, replayed, as it is in a step of an ensemble; each figure is the least of the repeats.
+Run as ``python benchmarks/banded.py``. One thread of one CPU core (or the first GPU), 65 nodes per rod, variable
+coefficients. A solve is a replayed graph, as in a step of an ensemble; each time is the minimum over repeats.
 """
 
 import time
@@ -26,15 +26,15 @@ def coefficients(bands: int, rods: int) -> np.ndarray:
     return values
 
 
-def least_time(work) -> float:
-    """Seconds of the fastest of the calls that fit into a fixed time; at least five."""
-    least, calls, end = float("inf"), 0, time.perf_counter() + SECONDS
+def shortest_time(work) -> float:
+    """Seconds of the fastest call within a fixed total time; at least five calls."""
+    shortest, calls, end = float("inf"), 0, time.perf_counter() + SECONDS
     while calls < 5 or time.perf_counter() < end:
         start = time.perf_counter()
         work()
-        least = min(least, time.perf_counter() - start)
+        shortest = min(shortest, time.perf_counter() - start)
         calls += 1
-    return least
+    return shortest
 
 
 def warp_time(bands: int, rods: int, pairs: bool) -> float:
@@ -55,7 +55,7 @@ def warp_time(bands: int, rods: int, pairs: bool) -> float:
         wp.capture_launch(capture.graph)
         wp.synchronize_device(device)
 
-    return least_time(replay)
+    return shortest_time(replay)
 
 
 def scipy_time(bands: int, rods: int) -> float:
@@ -66,12 +66,12 @@ def scipy_time(bands: int, rods: int) -> float:
         for rod in packed:
             solve_banded((width, width), rod, right, check_finite=False)
 
-    return least_time(solve)
+    return shortest_time(solve)
 
 
 def main() -> None:
     wp.config.log_level = wp.LOG_WARNING
-    print(f"ns per node, {NODES} nodes a rod, on {wp.get_device().name}")
+    print(f"ns per node, {NODES} nodes per rod, on {wp.get_device().name}")
     print(f"{'':32}" + "".join(f"{f'B={rods}':>10}" for rods in BATCHES))
     for bands, name in ((3, "tridiagonal"), (5, "pentadiagonal")):
         for pairs, kind in ((False, "numbers"), (True, "pairs")):

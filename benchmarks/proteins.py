@@ -1,4 +1,4 @@
-"""What one step of scenes/proteins.toml costs on one core, and its parts; run as ``python benchmarks/proteins.py``."""
+"""Time per step of scenes/proteins.toml and its steric part: ``python benchmarks/proteins.py``."""
 
 import time
 from pathlib import Path
@@ -9,8 +9,8 @@ from warp_rods.simulation.loop import Simulation
 SCENE = Path(__file__).parent.parent / "scenes" / "proteins.toml"
 
 
-def best_of(action, repeats: int = 5, calls: int = 20) -> float:
-    """Least time of a call in milliseconds."""
+def shortest_time(action, repeats: int = 5, calls: int = 20) -> float:
+    """Shortest time of a call in milliseconds."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -24,11 +24,11 @@ def main() -> None:
     start = time.perf_counter()
     simulation = Simulation(Scene.load(SCENE), "cpu")
     simulation.warm_up()
-    print(f"set up, kernels compiled or loaded: {time.perf_counter() - start:.1f} s")
-    sensors, neighbours = simulation.ensembles["sensors"], simulation._neighbours
+    print(f"setup, kernels compiled or loaded: {time.perf_counter() - start:.1f} s")
+    sensors, surroundings = simulation.ensembles["sensors"], simulation._surroundings
     for label in ("start", "end of the run"):
-        whole = best_of(lambda: (neighbours.apply(), sensors.step(simulation.step_size)))
-        print(f"{label}: step {whole:.2f} ms, of which sterics {best_of(neighbours.apply):.2f} ms")
+        step = shortest_time(lambda: (surroundings.apply(), sensors.step(simulation.step_size)))
+        print(f"{label}: step {step:.2f} ms, of which sterics {shortest_time(surroundings.apply):.2f} ms")
         while label == "start" and simulation.frame < len(simulation.frames.times) - 1:
             for _ in simulation.to_next_frame():
                 pass

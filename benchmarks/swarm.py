@@ -1,7 +1,7 @@
-"""What a step of a swarm costs, from 100 cells to 10 000 at area fraction 0.3: ``python benchmarks/swarm.py``.
+"""Time per step of swarms of 100 to 10 000 cells at area fraction 0.3: ``python benchmarks/swarm.py``.
 
 Cells of N = 33 nodes in a periodic slab, as in scenes/swarm_2d.toml. Rods: frames, tension, velocities, new strains.
-Pairs: sums over lists of neighbours. Search: making lists, shared among the steps that they hold for.
+Pairs: sums over neighbour lists. Search: construction of the lists, divided by the steps for which they are valid.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ REPEATS = 5
 
 
 def swarm(count: int) -> Scene:
-    """Nematic lanes: dense, quick to place, and in contact after a moment."""
+    """Nematic lanes, which are dense, fast to place and soon in contact."""
     cells = {
         "name": "cells", "count": count, "nodes": NODES, "bend": 5e-3, "twist": 1e-3, "placement": "nematic lanes",
         "flagella": {"profile": "uniform"}, "shape": {"kind": "mode", "amplitude": 0.3},
@@ -39,8 +39,8 @@ def swarm(count: int) -> Scene:
     )
 
 
-def best(work: Callable[[], object]) -> float:
-    """Seconds of the quickest of a few goes."""
+def shortest_time(work: Callable[[], object]) -> float:
+    """Seconds of the fastest of several calls."""
     times = []
     for _ in range(REPEATS):
         start = time.perf_counter()
@@ -50,8 +50,8 @@ def best(work: Callable[[], object]) -> float:
     return min(times)
 
 
-def measured(count: int, device: str) -> tuple[float, float, float, float]:
-    """Seconds a step of rods, pairs and search, and of the whole loop with its looks at how far nodes have come."""
+def seconds_per_step(count: int, device: str) -> tuple[float, float, float, float]:
+    """Seconds per step of rods, pairs and search, and of the whole loop, which also checks how far nodes move."""
     simulation = Simulation(swarm(count), device)
     simulation.warm_up()
     neighbours = simulation._surroundings.neighbours
@@ -69,18 +69,18 @@ def measured(count: int, device: str) -> tuple[float, float, float, float]:
     wp.synchronize()
     whole = (time.perf_counter() - start) / STEPS
     rods = simulation.ensembles["cells"]
-    search = best(renew) * renewals[0] / STEPS
-    return best(lambda: rods.step(1e-12)), best(neighbours.push), search, whole
+    search = shortest_time(renew) * renewals[0] / STEPS
+    return shortest_time(lambda: rods.step(1e-12)), shortest_time(neighbours.push), search, whole
 
 
 def main() -> None:
     """Print a table."""
     device = sys.argv[1] if len(sys.argv) > 1 else "cpu"
-    print(f"{cores()} cores; ns a node and step; N = {NODES}, area fraction 0.3")
+    print(f"{cores()} cores; ns per node and step; N = {NODES}, area fraction 0.3")
     print(f"{'cells':>7}{'rods':>8}{'pairs':>8}{'search':>8}{'(p+s)/r':>9}{'loop':>8}{'rod-steps/s':>13}")
     totals = []
     for count in COUNTS:
-        rods, pairs, search, whole = measured(count, device)
+        rods, pairs, search, whole = seconds_per_step(count, device)
         totals.append(whole)
         node = 1e9 / (count * NODES)
         print(
@@ -90,7 +90,7 @@ def main() -> None:
         )
     slope = np.polyfit(np.log(COUNTS), np.log(totals), 1)[0]
     local = [np.log(b / a) / np.log(m / n) for (a, b), (n, m) in zip(pairwise(totals), pairwise(COUNTS), strict=True)]
-    print(f"cost ~ cells^{slope:.3f}; from one count to the next {', '.join(f'{x:.2f}' for x in local)}")
+    print(f"cost ~ cells^{slope:.3f}; exponents from one count to the next {', '.join(f'{x:.2f}' for x in local)}")
 
 
 if __name__ == "__main__":

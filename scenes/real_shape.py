@@ -1,4 +1,4 @@
-"""Makes real_shape.ply: a human red blood cell, by the profile that Evans and Fung measured; run to make it again.
+"""Writes real_shape.ply: a human red blood cell with the profile measured by Evans and Fung.
 
 E. Evans and Y.-C. Fung, Improved measurements of the erythrocyte geometry, Microvasc. Res. 4 (1972) 335-347, at
 300 mosm: thickness 2R √(1 − q) (c0 + c1 q + c2 q²)/2, q = ρ²/R², R = 3.91 µm. Lengths in micrometres.
@@ -16,7 +16,7 @@ RINGS, SECTORS = 64, 80
 
 def red_blood_cell() -> trimesh.Trimesh:
     """The cell as a closed mesh, its axis along z."""
-    angle = np.linspace(0, np.pi, RINGS + 1)  # ρ = R sin: rings close up at the rim
+    angle = np.linspace(0, np.pi, RINGS + 1)  # ρ = R sin(angle): rings are dense near the rim
     rho = RADIUS * np.sin(angle)
     rho[[0, -1]] = 0.0
     q = np.sin(angle) ** 2

@@ -1,8 +1,8 @@
-"""Fixtures for every test: the devices there are."""
+"""Fixtures for all tests: the available devices."""
 
 import os
 
-# Workers share the cores: NumPy's own threads would fight over them. Read when NumPy is imported.
+# Workers share the cores, hence one thread of NumPy each. NumPy reads these variables when it is imported.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -19,5 +19,5 @@ def _devices() -> list[str]:
 
 @pytest.fixture(params=_devices(), scope="session")
 def device(request) -> str:
-    """Each device at hand: the CPU always, CUDA where there is one."""
+    """Each available device: the CPU, and CUDA where there is one."""
     return request.param

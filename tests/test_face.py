@@ -1,4 +1,4 @@
-"""What a user meets first: names, versions, quiet Python, objects that say what they are, help of a screen."""
+"""The public interface: names, version, quiet imports, repr of objects, short help texts."""
 
 import importlib.metadata
 import io
@@ -13,14 +13,14 @@ import warp_rods as wr
 
 ROOT = Path(__file__).parents[1]
 LONGEST_HELP = 90
-"""Lines: a screen, or two small ones."""
+"""Lines of a help text: one screen, or two small ones."""
 
 
 def python(code: str) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
 
-def test_every_public_name_is_there():
+def test_every_public_name_can_be_imported():
     stub = (ROOT / "warp_rods" / "__init__.pyi").read_text(encoding="utf-8")
     assert len(wr.__all__) > 25
     for name in wr.__all__:
@@ -37,14 +37,14 @@ def test_an_unknown_name_is_an_attribute_error():
         _ = wr.runn
 
 
-def test_importing_costs_little():
-    """Neither Warp nor NumPy is imported until a name is used that needs them."""
+def test_importing_is_fast():
+    """Neither Warp nor NumPy is imported before a name is used that needs them."""
     found = python("import sys, warp_rods; print({'warp', 'numpy', 'scipy', 'xarray', 'pydantic'} & set(sys.modules))")
     assert found.stdout.strip() == "set()"
 
 
 def test_python_is_quiet():
-    """No banner, no loading of modules, no word on CUDA drivers."""
+    """No banner, no messages on modules or CUDA drivers."""
     found = python(
         "import warp_rods as wr\n"
         "rods = wr.FreeRods(1, 33, bend=1e-3, twist=1e-3, device='cpu')\n"
@@ -55,7 +55,7 @@ def test_python_is_quiet():
     assert found.stdout == "" and found.stderr == ""
 
 
-def test_objects_say_what_they_are():
+def test_repr_of_objects():
     torus = wr.surfaces.make("torus", {"major": 1.0, "minor": 0.4})
     rods = wr.FreeRods(2, 33, bend=1e-3, twist=1e-3, device="cpu")
     cells = {"name": "cells", "count": 3, "nodes": 33, "bend": 1e-3, "twist": 1e-3}

@@ -1,4 +1,4 @@
-"""The progress bar: nothing is lost, and it is shown where it should be and nowhere else."""
+"""The progress bar: all items come once, and it is shown on terminals only."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ from warp_rods import progress
 @pytest.mark.parametrize(("wait", "terminal", "shown"), [(-1.0, True, True), (-1.0, False, False), (9.0, True, False)])
 def test_a_bar_is_shown_on_a_terminal_after_a_while(monkeypatch, capsys, wait, terminal, shown):
     monkeypatch.setattr(progress, "WAIT", wait)
-    monkeypatch.setenv("FORCE_COLOR", "1" if terminal else "")  # rich takes a captured stream for a terminal then
+    monkeypatch.setenv("FORCE_COLOR", "1" if terminal else "")  # then rich treats a captured stream as a terminal
     assert list(progress.with_progress(range(5), "counting")) == [0, 1, 2, 3, 4]
     written = capsys.readouterr()
     assert not written.out
@@ -18,8 +18,8 @@ def test_a_bar_is_shown_on_a_terminal_after_a_while(monkeypatch, capsys, wait, t
     assert shown or not written.err
 
 
-def test_it_takes_over_midway(monkeypatch):
-    """Seconds 0, 1, 2, 3, …: the bar starts at the third item, and every item comes once."""
+def test_the_bar_starts_within_the_loop(monkeypatch):
+    """With seconds 0, 1, 2, 3, … the bar starts at the third item, and every item comes once."""
     seconds = iter(range(100))
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
     assert list(progress.with_progress("abcdef", "letters")) == list("abcdef")

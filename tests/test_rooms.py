@@ -1,4 +1,4 @@
-"""The house: which room may know which (declared in pyproject.toml), and what is imported only where it is used."""
+"""Import rules: which package may import which (declared in pyproject.toml), and lazy imports."""
 
 import ast
 import shutil
@@ -13,8 +13,8 @@ HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
 KERNELS_IMPORT = {"warp", "warp_rods", "functools", "types", "typing"}
 
 
-def test_imports_keep_to_the_rules(tmp_path):
-    """import-linter's contracts, on the tree as it is installed: with kernels/ inside warp_rods/."""
+def test_imports_obey_the_rules(tmp_path):
+    """The contracts of import-linter, on the tree as installed, with kernels/ inside warp_rods/."""
     without_caches = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "warp_rods", tmp_path / "warp_rods", ignore=without_caches)
     shutil.copytree(ROOT / "kernels", tmp_path / "warp_rods" / "kernels", ignore=without_caches)

@@ -1,25 +1,28 @@
-"""The command line: ``warp-rods run SCENE`` and its relatives; users' mistakes are shown without a traceback."""
+"""The command line, ``warp-rods run SCENE`` and others. Mistakes of the user are shown without a traceback."""
 
 from __future__ import annotations
 
 import logging
 import sys
+from functools import wraps
 from importlib.metadata import version
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 import warp as wp
 from rich.console import Console
 
 from warp_rods.device import start as start_warp
+from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import SceneError, WarpRodsError
 
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="Rods at low Reynolds number: proteins on membranes, swimming cells. Begin with: warp-rods run SCENE",
+    help="Rods at low Reynolds number: proteins on membranes, swimming cells. Start with: warp-rods run SCENE",
 )
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene in TOML, such as scenes/proteins.toml")]
@@ -34,17 +37,19 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    _version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which")] = False,
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version")
+    ] = False,
 ) -> None: ...
 
 
 @app.command()
 def run(
     scene: SceneFile,
-    out: Annotated[Path | None, typer.Option(help="Folder to write; default runs/<scene name>")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; default runs/<scene name>")] = None,
     device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the last checkpoint in the folder")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in the folder")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
     from warp_rods.analysis.summary import summary
@@ -52,7 +57,7 @@ def run(
 
     console = Console(markup=False, highlight=False)
     if resume and overwrite:
-        raise SceneError("--resume and --overwrite: one goes on with a run, the other replaces it; give one of them")
+        raise SceneError("--resume and --overwrite: one continues a run, the other replaces it; give one of them")
     _log_to(console)
     done = run_scene(scene, out, device=device, overwrite=overwrite, resume=resume, console=console)
     console.print(summary(done.data, done.order))
@@ -61,7 +66,7 @@ def run(
 
 
 def _log_to(console: Console) -> None:
-    """Show what a run says on this console, above its progress bar."""
+    """Show the messages of a run on this console, above its progress bar."""
 
     class ToConsole(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
@@ -78,13 +83,13 @@ def _log_to(console: Console) -> None:
 
 @app.command()
 def check(scene: SceneFile) -> None:
-    """Read a scene, lay it out and say what a run of it would do; writes nothing."""
+    """Check a scene: place its rods, report time step, number of frames and warnings; writes nothing."""
     from warp_rods.scene.scene import Scene
     from warp_rods.simulation.loop import Simulation
 
-    read = Scene.load(scene)
+    checked = Scene.load(scene)
     with Console(stderr=True).status("placing rods …"):
-        simulation = Simulation(read, "cpu")
+        simulation = Simulation(checked, "cpu")
     frames = simulation.frames
     for name, ensemble in simulation.ensembles.items():
         print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")
@@ -92,30 +97,48 @@ def check(scene: SceneFile) -> None:
         print(line)
     for line in simulation.warnings:
         print(f"warning: {line}")
-    verdict = "run it at your own risk" if simulation.warnings else "sound"
-    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: {verdict}")
+    count = len(simulation.warnings)
+    result = f"{count} warning{'s' if count > 1 else ''}" if count else "no problems found"
+    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: {result}")
 
 
-@app.command()
-def export(
-    run_dir: RunDir,
-    usd: Annotated[bool, typer.Option("--usd", help="animation.usdc for Blender, Omniverse and the like")] = False,
-) -> None:
-    """Make the animation of a run again, from its trajectory."""
-    if not usd:
-        raise SceneError("export: say what to make: --usd")
-    from warp_rods.draw.usd.export import export_usd
+def _export(run_dir: Path, **wanted: bool) -> None:
+    """Write files for other programs from the trajectory of a run; without options, list them."""
+    names = [name for name, is_wanted in wanted.items() if is_wanted]
+    for name in names:
+        print(EXPORTERS[name].export(run_dir))
+    if not names:
+        for name, exporter in EXPORTERS.items():
+            print(f"--{name:9} {exporter.file_name}: {exporter.what}")
 
-    print(export_usd(run_dir))
+
+def add_export(app: typer.Typer) -> None:
+    """Add the command ``export`` with one flag for each row of ``EXPORTERS``; Typer reads them from a signature."""
+    parameters = [Parameter("run_dir", Parameter.POSITIONAL_OR_KEYWORD, annotation=RunDir)]
+    for name, exporter in EXPORTERS.items():
+        option = typer.Option(f"--{name}", help=f"{exporter.file_name}: {exporter.what}")
+        parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, option]))
+
+    @wraps(_export)
+    def export(**arguments: Any) -> None:
+        _export(**arguments)
+
+    export.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    app.command("export")(export)
+
+
+add_export(app)
 
 
 @app.command()
 def reproduce(
-    name: Annotated[str, typer.Argument(metavar="list|NAME|all", help="list names them; all makes every one")],
-    quick: Annotated[bool, typer.Option("--quick", help="Reduced forms: coarser, shorter, fewer")] = False,
-    out: Annotated[Path, typer.Option(help="Folder to write")] = Path("runs/reproduce"),
+    name: Annotated[str, typer.Argument(metavar="list|NAME|all", help="list shows the names; all runs every one")],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Reduced forms: coarser grids, shorter times, fewer rods")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Folder for the results")] = Path("runs/reproduce"),
 ) -> None:
-    """Make a figure of the dissertation again: figure, data, and a table of published against ours."""
+    """Reproduce a figure of the dissertation: figure, data, and a table of published values against ours."""
     from warp_rods.reproductions import reproduce
     from warp_rods.reproductions.catalogue import REPRODUCTIONS
 
@@ -131,13 +154,13 @@ def reproduce(
 
 @app.command()
 def devices() -> None:
-    """The devices that --device can name."""
+    """List the devices for --device."""
     for device in wp.get_devices():
         print(f"{device.alias}: {device.name}")
 
 
 def main() -> None:
-    """Entry point; exit code 2 for a user's mistake, 1 for a run that failed, 130 for one stopped."""
+    """Entry point; exit code 2 for a mistake of the user, 1 for a failed run, 130 for an interrupted one."""
     start_warp()
     try:
         app()

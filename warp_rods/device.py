@@ -1,4 +1,4 @@
-"""Warp as this package uses it: started quietly, devices by name, one thread at a time where Warp needs that."""
+"""Use of Warp: quiet start, devices by name, one thread at a time where Warp needs that."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ import warp as wp
 from warp_rods.errors import SceneError
 
 exclusive = threading.RLock()
-"""Held wherever this package launches, copies or allocates outside a recorded graph.
+"""A lock, held wherever this package launches, copies or allocates outside a recorded graph.
 
-Warp records a graph for the whole process: what another thread launches meanwhile would become a part of it. Graphs
-are replayed without the lock, so that threads step their ensembles side by side.
+Warp records a graph for the whole process: launches of another thread during recording would become part of the graph.
+Graphs are replayed without the lock, so that several threads can step their ensembles in parallel.
 """
 
 
 def start() -> None:
-    """Start Warp without its greeting and without its warning of a missing CUDA driver; later calls do nothing."""
+    """Start Warp without its banner and its warning of a missing CUDA driver; later calls do nothing."""
     global _started
     with exclusive:
         if _started:
             return
-        if wp.config.log_level == wp.LOG_INFO:  # a user who set another level keeps it
+        if wp.config.log_level == wp.LOG_INFO:  # another level was set by the user
             wp.config.log_level = wp.LOG_WARNING
         with _without_stderr():
             wp.init()
@@ -38,34 +38,34 @@ _started = False
 
 
 def device(name: Any = None) -> wp.Device:
-    """The Warp device of this name, or Warp's default."""
+    """The Warp device with this name; by default that of Warp."""
     start()
     return wp.get_device(name)
 
 
 def choose(name: str | None) -> str:
-    """The name of a device; None or "auto" is CUDA where there is one. Raises SceneError for one that is not here."""
+    """The name of a device; None or "auto" is CUDA where available. Raises SceneError for an unknown device."""
     start()
     known = [device.alias for device in wp.get_devices()]
     if name in (None, "auto"):
         return "cuda:0" if "cuda:0" in known else "cpu"
     if name not in known:
-        raise SceneError(f"device = {name}: there is no such device here; there are {', '.join(['auto', *known])}")
+        raise SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *known])}")
     return name
 
 
 def cores() -> int:
-    """The cores that this process may use."""
+    """The number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager
 def _without_stderr() -> Iterator[None]:
-    """The warning comes from native code, which writes to the file descriptor and not to Python's stream."""
+    """Silence native code, which writes to the file descriptor of standard error and not to the stream of Python."""
     try:
         sys.stderr.flush()
         kept, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    except (OSError, AttributeError):  # no standard error: nothing to keep quiet
+    except (OSError, AttributeError):  # there is no standard error
         yield
         return
     os.dup2(null, 2)

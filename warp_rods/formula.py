@@ -1,8 +1,8 @@
-"""Formulas as text, in x, y, z and parameters or in t: read through a whitelist of Python's syntax, never evaluated.
+"""Formulas as text, in x, y, z and parameters or in t: parsed with a whitelist of Python's syntax, never evaluated.
 
 Allowed: numbers, pi, the variables, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
-where they are defined. Lengths, depths, powers and degrees are capped, so that no text takes long to read.
-``warp_rods.membranes.symbolic`` turns a formula into an expression that can be differentiated.
+where they are defined. Lengths, depths, powers and degrees are limited, so that parsing is fast for any text.
+``warp_rods.membranes.symbolic`` converts a formula into an expression that can be differentiated.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MOST_PARTS = 300
 MOST_DEPTH = 30
 LARGEST_POWER = 12
 LARGEST_DEGREE = 48
-"""Of powers within powers, which a computer algebra system may multiply out."""
+"""Limit for nested powers, which a computer algebra system may expand."""
 
 ALLOWED = "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, ** to a number and " + ", ".join(
     f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS)
@@ -45,19 +45,19 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 
 
 class FormulaError(ValueError):
-    """A text that is not an allowed formula; its message says where and what is allowed."""
+    """A text that is not an allowed formula; the message gives the place and what is allowed."""
 
 
 def usable_name(name: str) -> bool:
-    """Whether a parameter may be called this."""
+    """Whether a parameter may have this name."""
     taken = {*FUNCTIONS, *TWO_ARGUMENTS, *COORDINATES, "pi"}
     return name.isascii() and name.isidentifier() and not keyword.iskeyword(name) and name not in taken
 
 
 def check(text: str, names: Sequence[str]) -> None:
-    """Check the form of a formula in x, y, z and parameters with these names.
+    """Check a formula in x, y, z and parameters with these names.
 
-    Raises FormulaError for the first thing in it that is not allowed, and for a parameter that it does not use.
+    Raises FormulaError for the first part that is not allowed, and for a parameter that does not occur.
     """
     reader = FormulaReader({name: FORM for name in (*COORDINATES, *names)}, ALLOWED)
     reader.read(syntax_tree(text, ALLOWED))
@@ -69,10 +69,10 @@ def check(text: str, names: Sequence[str]) -> None:
 
 @functools.lru_cache(maxsize=64)
 def function_of_time(text: str) -> Callable[[float], float]:
-    """The function of time that a formula in t gives; the text is read once, under the same whitelist.
+    """The function of time defined by a formula in t; the text is parsed once, with the same whitelist.
 
-    Raises FormulaError for the first thing in it that is not allowed, and where t does not occur; the function
-    raises it at a time at which the formula has no value.
+    Raises FormulaError for the first part that is not allowed, and where t does not occur. The function raises it at
+    a time at which the formula has no value.
     """
     tree = syntax_tree(text.strip(), ALLOWED_IN_TIME)
     reader = FormulaReader({"t": FORM}, ALLOWED_IN_TIME)
@@ -83,7 +83,7 @@ def function_of_time(text: str) -> Callable[[float], float]:
 
 
 def syntax_tree(text: str, allowed: str) -> ast.expr:
-    """Python's syntax tree of a text; raises FormulaError, which ends with what is ``allowed``."""
+    """The syntax tree of a text; raises FormulaError, whose message ends with what is ``allowed``."""
     if len(text) > MOST_CHARACTERS:
         raise FormulaError(f"{len(text)} characters; at most {MOST_CHARACTERS}")
     if "#" in text:
@@ -98,41 +98,41 @@ def syntax_tree(text: str, allowed: str) -> ast.expr:
 
 
 FORM = object()
-"""Stands for a variable, and for all that is made of it, while only the form of a formula is read."""
+"""Placeholder for variables and for all expressions that contain one, while a formula is only checked."""
 
 
 class FormulaReader:
-    """Walks through the syntax tree of a formula; refuses what is not allowed, and what is too long.
+    """Traverses the syntax tree of a formula and refuses what is not allowed or too long.
 
-    ``symbols`` are what variables and parameters stand for: numbers, to evaluate the formula, or ``FORM``, to check
-    it. A subclass that gives them another meaning overrides ``negated``, ``combined``, ``raised`` and ``applied``.
+    ``symbols``: the values of variables and parameters, which are numbers to evaluate the formula, or ``FORM`` to check
+    it. A subclass with other values overrides ``negated``, ``combined``, ``raised`` and ``applied``.
     """
 
     def __init__(self, symbols: Mapping[str, Any], allowed: str):
         self.symbols, self.allowed, self.used, self.count = symbols, allowed, set[str](), 0
 
     def read(self, tree: ast.expr) -> Any:
-        """What the formula comes to: a float where it is a number, ``FORM`` where it is not."""
+        """The value of the formula: a float where it is a number, ``FORM`` otherwise."""
         return self.part(tree, 0)[0]
 
     def negated(self, value: Any) -> Any:
-        """−value, which is not a number."""
+        """−value, for a value that is not a number."""
         return FORM
 
     def combined(self, node: ast.BinOp, left: Any, right: Any) -> Any:
-        """A sum, difference, product or quotient, of which at least one part is not a number."""
+        """A sum, difference, product or quotient with at least one operand that is not a number."""
         return FORM
 
     def raised(self, node: ast.BinOp, base: Any, exponent: float) -> Any:
-        """A power of what is not a number."""
+        """A power whose base is not a number."""
         return FORM
 
     def applied(self, name: str, values: list[Any]) -> Any:
-        """A function of values, of which at least one is not a number."""
+        """A function with at least one argument that is not a number."""
         return FORM
 
     def part(self, node: ast.expr, depth: int) -> tuple[Any, float]:
-        """What a part of the formula comes to, and an upper bound of its degree."""
+        """The value of a part of the formula, and an upper bound of its degree."""
         self.count += 1
         if self.count > MOST_PARTS or depth > MOST_DEPTH:
             raise FormulaError(f"too long: at most {MOST_PARTS} parts, nested at most {MOST_DEPTH} deep")
@@ -149,7 +149,7 @@ class FormulaReader:
                 return self._joined(node, self.part(left, depth + 1), self.part(right, depth + 1))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._called(node, name, [self.part(a, depth + 1) for a in arguments])
-        raise self.refused(node, _said(node))
+        raise self.refused(node, _description(node))
 
     def refused(self, node: ast.expr, what: str) -> FormulaError:
         """The error for a part that is not allowed."""
@@ -212,8 +212,8 @@ class FormulaReader:
         return self.applied(name, values), max(degree for _value, degree in arguments)
 
 
-def _said(node: ast.expr) -> str:
-    """What a part that is not allowed is, in a user's words."""
+def _description(node: ast.expr) -> str:
+    """Description of a part that is not allowed."""
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor):
         return "^ is not known here: a power is **"
     words = {ast.Call: "this call", ast.Attribute: "a dot", ast.Subscript: "brackets", ast.Constant: "this value"}

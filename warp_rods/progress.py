@@ -1,4 +1,4 @@
-"""A progress bar for work that may take long."""
+"""A progress bar for long loops."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ REFRESH = 0.1
 
 
 class Bar:
-    """A bar called ``what`` that a terminal shows once two seconds have passed; a context manager.
+    """A progress bar with the label ``what``, a context manager; a terminal shows it after two seconds.
 
-    total: the amount of work; done: how much of it was done before. console: default standard error.
+    total: the amount of work; done: how much of it is done at the start; console: default standard error.
     """
 
     def __init__(self, what: str, total: int, console: Console | None = None, done: int = 0):
@@ -37,7 +37,7 @@ class Bar:
             self._progress.stop()
 
     def update(self, done: int, note: str = "") -> None:
-        """Say how much of the total is done, and a note to be shown beside the bar."""
+        """Set how much of the total is done, and a note shown beside the bar."""
         self._done, now = done, time.monotonic()
         if now - self._began < WAIT or now - self._shown < REFRESH:
             return
@@ -59,7 +59,7 @@ class Bar:
 
 
 def with_progress(items: Sequence[Item], what: str) -> Iterator[Item]:
-    """The items one by one; once two seconds have passed a terminal shows a bar called ``what``."""
+    """The items one by one; after two seconds a terminal shows a bar with the label ``what``."""
     with Bar(what, len(items)) as bar:
         for done, item in enumerate(items):
             bar.update(done)

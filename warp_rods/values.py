@@ -1,8 +1,7 @@
-"""Values of a scene: taken from Python and NumPy, checked as numbers, shown in messages and named by key path."""
+"""Values of a scene: conversion from Python and NumPy, number types, and their form in messages."""
 
 from __future__ import annotations
 
-import difflib
 import functools
 import json
 import os
@@ -12,6 +11,8 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AllowInfNan, BaseModel, Field, Strict, TypeAdapter, ValidationError
+
+from warp_rods.errors import nearest
 
 __all__ = [
     "Number",
@@ -28,7 +29,7 @@ __all__ = [
 ]
 
 Number = Annotated[float, Strict(), AllowInfNan(False)]
-"""A finite number. Integers are numbers; truth values and text are not."""
+"""A finite number. Integers are numbers; booleans and text are not."""
 Positive = Annotated[Number, Field(gt=0)]
 ZeroOrMore = Annotated[Number, Field(ge=0)]
 
@@ -40,7 +41,7 @@ LONGEST_SHOWN = 60
 def plain(value: Any) -> Any:
     """The value in plain types: lists and arrays as tuples, NumPy scalars as numbers, paths as text, tables as dicts.
 
-    Keys whose value is None are left out. −0 becomes 0, so that equal scenes have equal hashes.
+    Keys with the value None are left out. −0 becomes 0, so that equal scenes have equal hashes.
     """
     if isinstance(value, float):
         return float(value) + 0.0
@@ -56,7 +57,7 @@ def plain(value: Any) -> Any:
 
 
 def number(value: Any, kind: Any = Number) -> float:
-    """The value as a float; raises ValueError with a hint, which may be empty, where it is not of this kind."""
+    """The value as a float; raises ValueError with a hint, possibly empty, where it is not of this kind."""
     try:
         return _adapter(kind).validate_python(value)
     except ValidationError as error:
@@ -65,7 +66,7 @@ def number(value: Any, kind: Any = Number) -> float:
 
 
 def numbers(value: Any, count: int, kind: Any = Number) -> tuple[float, ...]:
-    """The value as a tuple of this many floats; raises ValueError where it is none."""
+    """The value as a tuple of ``count`` floats; raises ValueError where it is not one."""
     if not isinstance(value, tuple) or len(value) != count:
         raise ValueError
     return tuple(number(part, kind) for part in value)
@@ -77,7 +78,7 @@ def _adapter(kind: Any) -> TypeAdapter:
 
 
 def hint(error: str, value: Any) -> str:
-    """What to do about a value with this type of pydantic error, where there is more to say than what is allowed."""
+    """Advice for a value with this type of pydantic error, beyond what is allowed; may be empty."""
     if error == "finite_number" or (error == "float_type" and type(value) is int):
         return "it must be finite"
     is_quoted = error in ("float_type", "int_type") and isinstance(value, str) and QUOTED_NUMBER.fullmatch(value)
@@ -85,19 +86,19 @@ def hint(error: str, value: Any) -> str:
 
 
 def must_be(allowed: str, value: Any, note: str = "") -> str:
-    """What to say after the key path of a wrong value, or of one that is missing (None)."""
-    said = ": missing" if value is None else f" = {shown(value)}"
-    return f"{said}{';' if value is None else ':'} must be {allowed}{note and '; ' + note}"
+    """The text after the key path of a wrong value, or of a missing one (None)."""
+    start = ": missing" if value is None else f" = {shown(value)}"
+    return f"{start}{';' if value is None else ':'} must be {allowed}{note and '; ' + note}"
 
 
 def shown(value: Any) -> str:
-    """The value on one line as TOML has it, shortened."""
+    """The value on one line in TOML notation, shortened."""
     text = _literal(value)
     return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
 def _literal(value: Any) -> str:
-    """What TOML has no word for is shown as Python shows it."""
+    """TOML notation, or that of Python where TOML has none."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -107,12 +108,6 @@ def _literal(value: Any) -> str:
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(key)} = {_literal(item)}" for key, item in value.items()) + " }"
     return repr(value)
-
-
-def nearest(word: Any, known: Iterable[str]) -> str:
-    """A hint with the known word that looks most like this one, or nothing."""
-    close = difflib.get_close_matches(str(word), list(known), n=1)
-    return f" (did you mean {close[0]}?)" if close else ""
 
 
 def key_path(loc: Iterable[str | int]) -> str:

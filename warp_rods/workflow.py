@@ -1,4 +1,4 @@
-"""The main job: simulate a scene, then make what every run leaves to look at."""
+"""Simulate a scene, then export its animation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measures of a trajectory against closed forms, and the classes of motion that swimmers are known to show."""
+"""Measures of a trajectory against closed forms, and the known classes of motion of swimmers."""
 
 import numpy as np
 import pytest
@@ -20,8 +20,8 @@ from warp_rods.theory.symmetry import gauge_strain
 ARC = np.linspace(-0.5, 0.5, 65)
 
 
-def film(rods: FreeRods, end: float, save_every: float, dt: float = 1e-3) -> xr.Dataset:
-    """The group of a trajectory that rods swim to ``end``."""
+def integrate(rods: FreeRods, end: float, save_every: float, dt: float = 1e-3) -> xr.Dataset:
+    """The group of a trajectory of rods up to the time ``end``."""
     frames, times = [rods.variables()], [rods.time]
     for _ in range(round(end / save_every)):
         rods.step(dt, round(save_every / dt))
@@ -33,8 +33,8 @@ def film(rods: FreeRods, end: float, save_every: float, dt: float = 1e-3) -> xr.
     return xr.Dataset(data, coords={"time": ("frame", times), "s": ("node", s)})
 
 
-def drawn(first, second, twist=0.0, times=(0.0,)) -> xr.Dataset:
-    """A swimmers' group of one rod with given strains, functions [frame, node] of (t, s)."""
+def prescribed(first, second, twist=0.0, times=(0.0,)) -> xr.Dataset:
+    """A group of swimmers with one rod and prescribed strains [frame, node]."""
     t, s = np.asarray(times, dtype=float)[:, None], ARC
     strain = np.stack(np.broadcast_arrays(twist + 0.0 * t * s, first + 0.0 * t * s, second + 0.0 * t * s), axis=-1)
     return xr.Dataset(
@@ -66,15 +66,15 @@ KNOWN = {
 
 @pytest.fixture(scope="module")
 def settled(device) -> xr.Dataset:
-    """All of KNOWN in one batch, swum to t = 16."""
-    bend, twist, moment, roll = np.array([row[:4] for row in KNOWN.values()]).T
+    """All swimmers of KNOWN in one batch, to t = 16."""
+    bend, twist, moment, rotational_drag = np.array([row[:4] for row in KNOWN.values()]).T
     given = {"bend": bend, "twist": twist, "moment": moment}
     shapes = [
         initial_strain(start, 65, {name: values[[rod]] for name, values in given.items()})[0]
         for rod, (*_, start, _) in enumerate(KNOWN.values())
     ]
-    rods = FreeRods(len(KNOWN), **given, rotational_drag=roll, shape=shapes, symmetric=True, device=device)
-    return film(rods, 16.0, 0.02)
+    rods = FreeRods(len(KNOWN), **given, rotational_drag=rotational_drag, shape=shapes, symmetric=True, device=device)
+    return integrate(rods, 16.0, 0.02)
 
 
 def test_known_motions_are_named(settled):
@@ -83,17 +83,17 @@ def test_known_motions_are_named(settled):
 
 
 def test_known_periods_and_speeds(settled):
-    """Planar: a flapping one comes back to its place, a waving one swims; periods as the mode a₀ has them."""
+    """A flapping swimmer has almost no net displacement, a waving one swims; periods agree with those of a₀."""
     late = dict(zip(KNOWN, speed(settled, since=8.0).to_numpy(), strict=True))
-    way = dict(zip(KNOWN, MEASURES["instantaneous_speed"](settled)[-400:].mean("frame").to_numpy(), strict=True))
+    midpoint = dict(zip(KNOWN, MEASURES["instantaneous_speed"](settled)[-400:].mean("frame").to_numpy(), strict=True))
     assert late["swimmer"] == pytest.approx(0.4885, rel=5e-3)
-    assert late["waving"] > 0.98 * way["waving"]
-    assert late["flapping"] < 0.2 * way["flapping"] and late["Fig 4.3d"] < 0.2 * way["Fig 4.3d"]
+    assert late["waving"] > 0.98 * midpoint["waving"]
+    assert late["flapping"] < 0.2 * midpoint["flapping"] and late["Fig 4.3d"] < 0.2 * midpoint["Fig 4.3d"]
     periods = dict(zip(KNOWN, period(settled).to_numpy(), strict=True))
     assert np.isnan([periods[name] for name in ("swimmer", "stiff", "Fig 4.3a", "Fig 4.3c")]).all()
     a0 = mode_coefficients(settled)[-400:, :, 1, 0].to_numpy()
     for rod in (2, 3, 4):
-        # Upward crossings of the mean, interpolated: as many periods as there are gaps between them.
+        # Upward crossings of the mean, interpolated; their distances are the periods.
         wave = a0[:, rod] - a0[:, rod].mean()
         at = np.flatnonzero((wave[:-1] < 0) & (wave[1:] >= 0))
         crossings = at - wave[at] / (wave[at + 1] - wave[at])
@@ -101,7 +101,7 @@ def test_known_periods_and_speeds(settled):
 
 
 def test_a_run_is_measured(tmp_path):
-    """All measures of a run folder's swimmers, with time, units and sources; pointwise ones of its filaments."""
+    """All measures of the swimmers of a run with time, units and sources; some measures of its filaments."""
     swimmer = {"name": "cell", "count": 2, "nodes": 17, "bend": 1e-3, "twist": 1e-3, "moment": 2e-3}
     sensor = {"name": "f", "count": 2, "nodes": 9, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0]}
     sphere = {"surface": {"kind": "sphere", "radius": 1.0}, "filaments": [sensor]}
@@ -122,12 +122,12 @@ def test_a_run_is_measured(tmp_path):
 
 def test_an_unknown_measure_names_the_known_ones():
     with pytest.raises(ValueError, match=r"no measure called beauty: there are .*writhe"):
-        measure(drawn(0.0, 1.0), "beauty")
+        measure(prescribed(0.0, 1.0), "beauty")
 
 
 def test_coefficients_do_not_depend_on_the_gauge():
-    """A symmetric state read in a turned gauge gives the same (4.48)–(4.50), but for a sign of both bendings."""
-    data = drawn(2 * beam_mode(1, ARC), 3 * beam_mode(0, ARC) - beam_mode(2, ARC), 5 * np.cos(np.pi * ARC))
+    """A symmetric state in a rotated gauge has the same (4.48)–(4.50), up to a common sign of both bendings."""
+    data = prescribed(2 * beam_mode(1, ARC), 3 * beam_mode(0, ARC) - beam_mode(2, ARC), 5 * np.cos(np.pi * ARC))
     expected = np.array([[0, 2, 0, 0, 0, 0], [3, 0, -1, 0, 0, 0]])
     for angle in (0.0, 0.7, 2.0, 4.0):
         turned = data.assign(strain=(data["strain"].dims, gauge_strain(data["strain"].to_numpy(), angle)))
@@ -139,11 +139,11 @@ def test_coefficients_do_not_depend_on_the_gauge():
     assert MEASURES["total_twist"](data).item() == pytest.approx(10 / np.pi / (2 * np.pi), rel=1e-3)
 
 
-def test_twist_free_coefficients_survive_strong_winding():
-    """A planar bow whose material is wound up by 9 radians a node spacing has its one mode again without twist."""
+def test_twist_free_coefficients_of_a_strongly_twisted_rod():
+    """A planar bow with a twist of 9 radians per node spacing has a single mode in the twist-free frame."""
     twist = 580.0
     bow = 3 * beam_mode(0, ARC) * np.exp(1j * (np.pi / 2 - twist * ARC))
-    data = drawn(bow.real, bow.imag, twist)
+    data = prescribed(bow.real, bow.imag, twist)
     np.testing.assert_allclose(mode_coefficients(data, twist_free=True)[0, 0, 1, :2], [3, 0], atol=1e-6)
     assert abs(mode_coefficients(data)[0, 0, 1, 0]) < 1
 
@@ -154,7 +154,7 @@ def helix(turns: float, nodes: int) -> np.ndarray:
 
 
 def gauss_integral(curve: np.ndarray, parts: int) -> float:
-    """The double integral by the midpoint rule on each segment cut in ``parts``; the diagonal adds nothing."""
+    """The double integral by the midpoint rule on each segment cut into ``parts``; the diagonal contributes nothing."""
     along = (np.arange(parts) + 0.5) / parts
     points = (curve[:-1, None] + along[:, None] * np.diff(curve, axis=0)[:, None]).reshape(-1, 3)
     steps = np.repeat(np.diff(curve, axis=0) / parts, parts, axis=0)
@@ -165,7 +165,7 @@ def gauss_integral(curve: np.ndarray, parts: int) -> float:
 
 
 def test_writhe_is_the_gauss_integral():
-    """Right-handed coils count positive, their mirror image negative; the sum is exact for the polygon."""
+    """Positive for right-handed coils, negative for mirror images, and exact for the polygon."""
     curve = helix(1.7, 21)
     coarse, fine = (gauss_integral(curve, parts) for parts in (16, 32))
     assert writhe(curve) == pytest.approx((4 * fine - coarse) / 3, rel=1e-4)
@@ -175,7 +175,7 @@ def test_writhe_is_the_gauss_integral():
 
 
 def test_writhe_of_a_helix_converges_at_second_order():
-    """To an exactly closed form: a long helix gains 1 − sin(pitch angle) a turn."""
+    """A long helix has a writhe of 1 − sin(pitch angle) per turn."""
     turns = np.array([20.0, 40.0])
     found = [writhe(helix(n, int(40 * n) + 1)) for n in turns]
     a, h = 0.3, 0.2
@@ -195,44 +195,46 @@ def test_planar_and_straight_lines_do_not_writhe():
 
 @pytest.mark.parametrize("true", [0.437, 1.3])
 def test_period_of_a_known_wave(true):
-    """An anharmonic wave: to 1e-3 of the spacing of frames."""
+    """An anharmonic wave, to 1e-2 of the time between frames."""
     t = 0.02 * np.arange(500)[:, None]
     phase = 2 * np.pi * t / true
-    data = drawn(np.sin(2 * phase) * beam_mode(1, ARC), (4 + np.cos(phase)) * beam_mode(0, ARC), times=t[:, 0])
+    data = prescribed(np.sin(2 * phase) * beam_mode(1, ARC), (4 + np.cos(phase)) * beam_mode(0, ARC), times=t[:, 0])
     assert period(data).item() == pytest.approx(true, abs=2e-4)
     assert shape_class(data) == "waving"
 
 
 def test_a_mirrored_shape_is_half_a_period():
     t = 0.02 * np.arange(500)[:, None]
-    data = drawn(0.0, 5 * np.cos(2 * np.pi * t) * beam_mode(0, ARC), times=t[:, 0])
+    data = prescribed(0.0, 5 * np.cos(2 * np.pi * t) * beam_mode(0, ARC), times=t[:, 0])
     assert period(data).item() == pytest.approx(1.0, abs=2e-4)
     assert shape_class(data) == "flapping"
 
 
-def test_what_has_no_rhythm_is_irregular():
-    """A random walk; and a steady shape of a rod that failed."""
+def test_aperiodic_motion_and_failed_rods_are_irregular():
+    """A random walk, and the steady shape of a failed rod."""
     t = 0.02 * np.arange(500)
     walk = np.cumsum(np.random.default_rng(3).normal(size=(500, 1)), axis=0)
-    assert shape_class(drawn(0.0, walk * beam_mode(0, ARC), times=t)) == "irregular"
+    assert shape_class(prescribed(0.0, walk * beam_mode(0, ARC), times=t)) == "irregular"
     with pytest.raises(ValueError, match="6 frames or more"):
-        shape_class(drawn(0.0, 0.0, times=t[:8]))
-    steady = drawn(0.0, 3 * beam_mode(0, ARC), times=t)
+        shape_class(prescribed(0.0, 0.0, times=t[:8]))
+    steady = prescribed(0.0, 3 * beam_mode(0, ARC), times=t)
     assert shape_class(steady) == "U"
     assert shape_class(steady.assign(status=steady["status"] + 1)) == "irregular"
 
 
 def test_balances_and_residuals_of_a_run(device):
-    """Energy balance second order in the spacing of frames; arc length at round-off, frames at single precision's."""
+    """Energy balance of second order in the time between frames; arc length to double, frames to single precision."""
     rods = in_space(device, count=2)
     rods.step(1e-4, 500)
-    data = film(rods, 0.08, 0.001, dt=1e-4)
+    data = integrate(rods, 0.08, 0.001, dt=1e-4)
     inner = [abs(MEASURES["energy_balance"](data.isel(frame=slice(None, None, n))))[1:-1] for n in (4, 8, 16)]
     at = [float(part.isel(frame=part.sizes["frame"] // 2, rod=0)) for part in inner]
     assert slope(1 / np.array([4, 8, 16]), at) == pytest.approx(2.0, abs=0.2)
     assert MEASURES["arc_length"](data).max() < 1e-12
     assert MEASURES["orthonormality"](data).max() < 5e-7
-    at_rest = measure(film(in_space(device, flagella=None, bend=1.0), 40.0, 10.0), "energy_balance")["energy_balance"]
+    at_rest = measure(integrate(in_space(device, flagella=None, bend=1.0), 40.0, 10.0), "energy_balance")[
+        "energy_balance"
+    ]
     assert np.isnan(at_rest[-1])
     stretched = data.assign(position=data["position"] * (1 + 1e-6))
     assert MEASURES["arc_length"](stretched).max() == pytest.approx(1e-6, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Kymographs of growing filaments: a run whose balance must close, and trajectories whose answer is known."""
+"""Kymographs of growing filaments: the energy balance of a run, and trajectories with known answers."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ BRIDGE = Path(__file__).parents[2] / "scenes" / "escrt_bridge.toml"
 
 @pytest.fixture(scope="module")
 def buckling(tmp_path_factory) -> xr.Dataset:
-    """The scene on the bridge from 0.8 to 1.2 in length, at twice its rate."""
+    """The scene of the bridge with growth from length 0.8 to 1.2, at twice the rate."""
     scene = Scene.load(BRIDGE)
     filaments = scene.filaments[0].model_dump(exclude_none=True)
     filaments |= {"nodes": 65, "length": 0.8, "growth": {"rate": 0.1, "until": 1.2}}
@@ -26,14 +26,14 @@ def buckling(tmp_path_factory) -> xr.Dataset:
 
 
 def at_rest(frames: int, **variables) -> xr.Dataset:
-    """One rod of length 1 and no energy, except for variables given [frame]."""
+    """One rod of length 1 without energy, except for the given variables [frame]."""
     values = {name: np.zeros(frames) for name in ("energy", "steric_energy", "dissipation")}
     values |= {"length": np.ones(frames), **variables}
     arrays = {name: (("frame", "rod"), value[:, None]) for name, value in values.items()}
     return xr.Dataset(arrays, {"time": ("frame", np.linspace(0.0, 10.0, frames))})
 
 
-def test_terms_add_up_to_the_energy(buckling):
+def test_terms_sum_to_the_energy(buckling):
     terms = kymograph.energy_terms(buckling)
     total = sum(terms[name] for name in kymograph.TERMS)
     np.testing.assert_allclose(total, buckling.energy_density, rtol=1e-6)
@@ -53,18 +53,18 @@ def test_energy_moves_from_bending_to_twist_as_the_filament_leaves_the_hoop(buck
     assert terms.geodesic_energy.values[-1].argmax() == 0
 
 
-def test_energy_per_length_is_what_the_tip_brings_less_drag(buckling):
-    """Second order in the time between frames, and in Δs."""
+def test_energy_per_length_is_the_growth_power_minus_the_dissipation(buckling):
+    """Second order in the time between frames and in Δs."""
     growing = buckling.isel(frame=slice(2, 198))
     found = kymograph.energy_per_length(growing).energy_per_length.isel(rod=0, frame=slice(1, -1))
-    brought = ((growing.growth_power - growing.dissipation) / 0.1).isel(rod=0, frame=slice(1, -1))
-    np.testing.assert_allclose(found, brought, atol=0.02)
+    expected = ((growing.growth_power - growing.dissipation) / 0.1).isel(rod=0, frame=slice(1, -1))
+    np.testing.assert_allclose(found, expected, atol=0.02)
     assert found.min() < 0.7 * found[0]
     assert np.isnan(kymograph.energy_per_length(buckling.isel(frame=slice(220, None))).energy_per_length).all()
 
 
-def test_energy_per_length_of_what_grows_by_round_off_alone():
-    """Lengths that differ in their last digits do not grow."""
+def test_round_off_of_the_length_is_not_growth():
+    """Lengths that differ in their last digits."""
     noisy = 0.5 + 1e-13 * np.random.default_rng(0).normal(size=50)
     data = at_rest(50, length=noisy, energy=np.linspace(1.0, 0.0, 50))
     assert kymograph.energy_per_length(data).energy_per_length.isnull().all()
@@ -75,7 +75,7 @@ def test_energy_per_length_of_what_grows_by_round_off_alone():
 
 
 def test_a_peak_is_found_with_its_energy():
-    """A Gaussian on a background: its energy is what lies above half of the largest ratio, erf √ln 2 of the whole."""
+    """A Gaussian on a background; the energy above half of the maximum is erf √ln 2 of the whole."""
     time = np.linspace(0.0, 10.0, 2001)
     dissipation = 1e-4 + np.exp(-0.5 * ((time - 6.0) / 0.1) ** 2)
     data = at_rest(2001, dissipation=dissipation, length=1 + 0.2 * time)
@@ -91,7 +91,7 @@ def test_a_steady_run_has_no_peak():
     assert found.peak_ratio == 1 and found.peak_energy == 0
 
 
-def test_buckling_shows_in_the_dissipation(buckling):
+def test_buckling_is_a_peak_of_the_dissipation(buckling):
     found = kymograph.dissipation_peaks(buckling.isel(frame=slice(10, 198))).isel(rod=0)
     assert found.peak_ratio > 10
     assert 0.85 < found.peak_length < 1.2

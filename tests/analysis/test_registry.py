@@ -1,4 +1,4 @@
-"""The table of measures: what it says is so, and everything in it is taken by one function with one signature."""
+"""The table of measures: its entries are correct, and one function with one signature computes all of them."""
 
 import re
 
@@ -35,13 +35,13 @@ def group(run, request) -> xr.Dataset:
     return run[request.param].to_dataset()
 
 
-def test_every_measure_is_of_some_group(run):
+def test_every_measure_applies_to_some_ensemble(run):
     assert {name for group in ("soft", "sensors") for name in wr.measures(run[group])} == set(MEASURES)
     assert {row.of for row in wr.measures(run["soft"]).values()} == {"rods", "swimmers", "swarm"}
     assert {row.of for row in wr.measures(run["sensors"]).values()} == {"rods", "filaments", "swarm"}
 
 
-def test_units_and_descriptions_are_as_the_table_says(group):
+def test_units_and_descriptions_agree_with_the_table(group):
     for name, row in wr.measures(group).items():
         found = wr.measure(group, name)
         first = next(iter(found.values()))
@@ -53,8 +53,8 @@ def test_units_and_descriptions_are_as_the_table_says(group):
         assert 8 < len(row.description) < 60 and not row.description.endswith((".", ")")), name
 
 
-def test_needs_are_what_is_needed(group):
-    """Without any other variable a measure can be taken; without any one of these it says which is missing."""
+def test_needs_are_necessary_and_sufficient(group):
+    """A measure can be computed from them alone; without any of them the message names the missing one."""
     for name, row in wr.measures(group).items():
         needs = [need for need in row.needs if need != MEMBRANE]
         assert wr.measure(group[needs], name)
@@ -64,7 +64,7 @@ def test_needs_are_what_is_needed(group):
             assert name not in wr.measures(group.drop_vars(need))
 
 
-def test_all_at_once_are_as_one_by_one(group):
+def test_measures_do_not_depend_on_each_other(group):
     names = list(wr.measures(group))
     together = wr.measure(group, *names)
     for name in names:
@@ -104,7 +104,7 @@ def test_a_run_is_a_swarm_of_all_its_swimmers(run):
         wr.measure(filaments, "polar_order")
 
 
-def test_the_membrane_is_found(run):
+def test_the_membrane_comes_from_the_scene(run):
     sensors = run["sensors"].to_dataset()
     found = wr.measure(sensors, "enrichment", "settling_time")
     torus = wr.surfaces.make("torus", {"major": 1.0, "minor": 0.4})
@@ -165,7 +165,7 @@ def test_the_table_is_printed(monkeypatch):
     assert markup.count("<tr>") == len(MEASURES) + 1 and "force*length" in markup
 
 
-def test_a_measure_of_ones_own(run, monkeypatch):
+def test_a_user_defined_measure(run, monkeypatch):
     def reach(dataset: xr.Dataset, node: int = -1) -> xr.DataArray:
         """Largest coordinate of a node (frame, rod)."""
         values = abs(dataset["position"].isel(node=node)).max("axis")
@@ -178,8 +178,8 @@ def test_a_measure_of_ones_own(run, monkeypatch):
     np.testing.assert_array_equal(found.reach, abs(run["soft"].position[:, :, 0]).max("axis"))
 
 
-def test_rods_that_failed_are_missing_where_a_measure_leaves_them_out(run):
-    """The others keep their numbers, whichever measures are taken together."""
+def test_failed_rods_are_missing_where_a_measure_leaves_them_out(run):
+    """The others keep their numbers, whichever measures are computed together."""
     soft = run["soft"].to_dataset()
     status = soft.status.copy(deep=True)
     status[4:, 1] = 1
@@ -189,7 +189,7 @@ def test_rods_that_failed_are_missing_where_a_measure_leaves_them_out(run):
     np.testing.assert_array_equal(found.writhe, wr.measure(soft, "writhe").writhe)
 
 
-def test_earlier_names_are_views_of_the_table(run):
+def test_tables_of_single_rooms_are_views_of_the_table(run):
     tables = (wr.diagnostics.MEASURES, wr.sensing.MEASURES, wr.swarm.MEASURES)
     kymographs = {"energy_terms", "energy_per_length", "dissipation_peaks"}
     assert set().union(*tables) | kymographs == set(MEASURES)

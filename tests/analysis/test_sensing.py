@@ -1,4 +1,4 @@
-"""Measures of filaments on membranes: trajectories whose answer is known, and the theorems on curvature."""
+"""Measures of filaments on membranes, for trajectories with known answers; and theorems on curvature."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,12 @@ from warp_rods.membranes.surfaces import make
 
 TORUS = make("torus", {"major": 1.0, "minor": 0.4})
 OUTER = 0.5 + 0.4 / np.pi
-"""Share of that torus where 𝒦 > 0: (πR + 2r)/(2πR)."""
+"""Share of the area of that torus where 𝒦 > 0: (πR + 2r)/(2πR)."""
 CELLS = (24, 48, 96)
 
 
 def ensemble(frames=101, rods=3, end=10.0, **variables) -> xr.Dataset:
-    """A trajectory of sound filaments of length 1 at rest, except for variables given [frame, rod(, axis)].
+    """A trajectory of filaments of length 1 at rest, except for the given variables [frame, rod(, axis)].
 
     ``middle`` is the position of the midpoints.
     """
@@ -37,7 +37,7 @@ def slope(cells, errors) -> float:
 
 
 def test_curvatures_of_spheres_and_tori():
-    """A sphere has −1/R twice; a torus −1/r and −cos θ/(R + r cos θ), θ from its outer equator."""
+    """−1/R twice for a sphere; −1/r and −cos θ/(R + r cos θ) for a torus, θ from its outer equator."""
     rng = np.random.default_rng(1)
     sphere = make("sphere", {"radius": 2.0})
     found = curvatures(sphere, uniform_points(sphere, 20, rng))
@@ -53,8 +53,8 @@ def test_curvatures_of_spheres_and_tori():
     np.testing.assert_allclose(found.gaussian, TORUS.gaussian_curvature(points), rtol=0, atol=1e-12)
 
 
-def test_torus_has_no_curvature_on_average():
-    """Gauss–Bonnet, to second order in the mesh; and so is the share of the area where 𝒦 > 0."""
+def test_mean_curvature_of_a_torus_is_zero():
+    """Gauss–Bonnet, to second order in the mesh size, as is the share of the area where 𝒦 > 0."""
     means, shares = [], []
     for cells in CELLS:
         mesh = triangulate(TORUS, cells)
@@ -66,8 +66,8 @@ def test_torus_has_no_curvature_on_average():
     assert slope(CELLS, shares) == pytest.approx(2.0, abs=0.2)
 
 
-def test_area_below_is_a_distribution():
-    """Height is uniform over the area of a sphere (Archimedes); nothing is below all values."""
+def test_area_below_a_height():
+    """Height is uniformly distributed over the area of a sphere (Archimedes)."""
     mesh = triangulate(make("sphere", {"radius": 1.0}), 48)
     levels = np.linspace(-1.2, 1.2, 13)
     expected = np.clip((levels + 1) / 2, 0, 1)
@@ -84,7 +84,7 @@ def test_uniform_filaments_are_not_enriched():
     error = np.sqrt((1 - share) / (share * rods))
     assert np.all(np.abs(found.enrichment - 1) < 3 * error)
     half_width = (found.enrichment_high - found.enrichment_low) / 2
-    np.testing.assert_allclose(half_width, error, rtol=0.15)  # the interval of 68 %: one standard error
+    np.testing.assert_allclose(half_width, error, rtol=0.15)  # the 68 % interval is one standard error
     histogram = sensing.curvature_histogram(data, TORUS, bins=9).isel(frame=0)
     share = histogram.gauss_area_share
     assert np.all(np.abs(histogram.gauss_share - share) < 4 * np.sqrt(share * (1 - share) / rods))
@@ -93,7 +93,7 @@ def test_uniform_filaments_are_not_enriched():
 
 
 def test_gathered_filaments_are_enriched():
-    """Three of four sound ones at 𝒦 > 0; a failed one counts nowhere."""
+    """Three of four filaments at 𝒦 > 0; a failed one does not count."""
     gauss, status = np.array([[1.0, 1.0, 1.0, -1.0, 1.0]]), np.array([[0, 0, 0, 0, 2]])
     data = ensemble(frames=1, rods=5, gauss=gauss, status=status)
     found = sensing.enrichment(data, TORUS).isel(frame=0)
@@ -104,8 +104,8 @@ def test_gathered_filaments_are_enriched():
     assert histogram.gauss_mean[0] == 0.5
 
 
-def test_membranes_of_one_curvature():
-    """A sphere is one bin; a cylinder has no side to be on, though its 𝒦 is zero to round-off only."""
+def test_membranes_of_constant_curvature():
+    """A sphere fills one bin; a cylinder has neither side, although its 𝒦 is zero only up to round-off."""
     data = ensemble(frames=2, gauss=np.full((2, 3), 0.25 * (1 + 1e-13)))
     found = sensing.curvature_histogram(data, make("sphere", {"radius": 2.0}))
     for shares in (found.gauss_share[0], found.gauss_share[1], found.gauss_area_share):
@@ -116,7 +116,7 @@ def test_membranes_of_one_curvature():
     assert found.enrichment.isnull().all() and (found.area_share == 0).all()
 
 
-def test_all_failed_is_nothing_known():
+def test_if_all_failed_the_results_are_nan():
     data = ensemble(frames=1, status=np.full((1, 3), 1))
     assert sensing.enrichment(data, TORUS).enrichment.isnull().all()
     assert sensing.curvature_histogram(data, TORUS).gauss_share.isnull().all()
@@ -124,7 +124,7 @@ def test_all_failed_is_nothing_known():
 
 
 def test_settling_time():
-    """x = e^(−t/τ) is within 0.1 of its end from t = τ ln 10 on; one drifts, one rests, one failed."""
+    """x = e^(−t/τ) is within 0.1 of its end from t = τ ln 10; one filament drifts, one is at rest, one failed."""
     time, tau = np.linspace(0.0, 10.0, 101), 1.03
     middle = np.zeros((101, 4, 3))
     middle[:, 0, 0], middle[:, 1, 1] = np.exp(-time / tau), time
@@ -135,7 +135,7 @@ def test_settling_time():
     assert found[1] == np.inf and found[2] == 0.0 and np.isnan(found[3])
 
 
-def test_a_filament_that_comes_back_settles_when_it_is_back():
+def test_a_filament_that_returns_settles_when_it_is_back():
     middle = np.zeros((101, 1, 3))
     middle[40:60, 0, 0] = 1.0
     found = sensing.settling_time(ensemble(rods=1, middle=middle))
@@ -143,7 +143,7 @@ def test_a_filament_that_comes_back_settles_when_it_is_back():
 
 
 def test_relaxation_time():
-    """E = e^(−t/τ): 95 % is released at t = τ ln 20; with τ as long as the run there is more to come."""
+    """E = e^(−t/τ): 95 % is released at t = τ ln 20; with τ as long as the run the energy is still falling."""
     tau = np.array([0.5, 1.03, 10.0])
     energy = np.exp(-np.linspace(0.0, 10.0, 101)[:, None] / tau)
     found = sensing.relaxation_time(ensemble(energy=energy, dissipation=energy / tau)).relaxation_time.values
@@ -152,7 +152,7 @@ def test_relaxation_time():
 
 
 def test_bootstrap():
-    """Of a mean: the standard error; the same seed gives the same; inf does no harm to a median."""
+    """The standard error of a mean; equal results for equal seeds; a median with inf."""
     values = xr.DataArray(np.random.default_rng(2).normal(3.0, 2.0, (5, 400)), dims=("frame", "rod"))
     found = sensing.bootstrap(values, np.mean)
     np.testing.assert_array_equal(found.value, values.mean("rod"))
@@ -194,7 +194,7 @@ def test_the_membrane_of_a_run():
         sensing.membrane_of(xr.DataTree(xr.Dataset(attrs={"scene": SWIMMER})))
 
 
-def test_a_moving_membrane_is_refused_and_a_moment_of_it_is_not():
+def test_a_moving_membrane_is_refused_but_not_at_one_time():
     moving = make("sphere", {"radius": "1.0 + 0.1*t"})
     with pytest.raises(ValueError, match=r"surface\.at\(t\)"):
         sensing.measure(ensemble(), moving, "enrichment")

@@ -1,10 +1,10 @@
-"""Measures of swarms: groups of a trajectory whose answer is known in closed form or by counting."""
+"""Measures of swarms, for groups of a trajectory with answers in closed form or by counting."""
 
 import numpy as np
 import pytest
 import xarray as xr
 from examples.swarm import bent, group, isotropic, scattered
-from test_diagnostics import film
+from test_diagnostics import integrate
 
 from warp_rods.analysis.swarm.motion import (
     displacement_exponent,
@@ -27,8 +27,8 @@ from warp_rods.rods.modes import beam_mode
 
 
 @pytest.mark.parametrize("dimensions", [2, 3])
-def test_rods_along_one_line(dimensions):
-    """All one way: 1 and 1; half of them the other way: 0 and 1; crossed halves: 0 in their plane, 1/4 in space."""
+def test_order_of_parallel_antiparallel_and_crossed_rods(dimensions):
+    """Parallel: 1 and 1. Half antiparallel: 0 and 1. Half perpendicular: nematic 0 in their plane, 1/4 in space."""
     at = scattered(np.random.default_rng(0), 1, 40, (5, 5, 5))
     line = np.array([3.0, 4.0, 0.0]) / 5
     half = np.where(np.arange(40) % 2, 1.0, -1.0)[:, None]
@@ -44,8 +44,8 @@ def test_rods_along_one_line(dimensions):
     )
 
 
-def test_order_of_any_direction():
-    """⟨|⟨p⟩|²⟩ = 1/N; the nematic order has 1/√N in a plane, 0.86/√N in space; rods without direction are left out."""
+def test_order_of_random_directions():
+    """⟨|⟨p⟩|²⟩ = 1/N; nematic order 1/√N in a plane, 0.86/√N in space. Rods without direction are left out."""
     rng, frames, rods = np.random.default_rng(1), 600, 100
     for dimensions, share in ((2, 1.0), (3, 0.86)):
         p = isotropic(rng, frames, rods, flat=dimensions == 2)
@@ -59,8 +59,8 @@ def test_order_of_any_direction():
     assert nematic_order(group(np.zeros((frames, rods, 3)), p), 3).to_numpy() == pytest.approx(1)
 
 
-def test_local_order_sees_domains():
-    """Two bands that move against each other: no polar order at all, all of it in each band, also across the edge."""
+def test_local_order_shows_domains():
+    """Two bands of opposite directions: no global polar order, full order in each, also through the boundary."""
     x = np.arange(40) * 0.5
     middle = np.stack([x, 0 * x, 0 * x], axis=-1)[None]
     p = np.where(((x >= 5) & (x < 15))[:, None], [1.0, 0, 0], [-1.0, 0, 0])
@@ -69,7 +69,7 @@ def test_local_order_sees_domains():
     local = local_polar_order(data, 1.1, dimensions=3)
     inside = (np.abs(np.abs(x - 10) - 5) > 1.2)[None]
     np.testing.assert_allclose(local.values[inside], 1)
-    assert local.sel(rod=10).item() == pytest.approx(1 / 5)  # three of five of its own way, one of them itself
+    assert local.sel(rod=10).item() == pytest.approx(1 / 5)  # three of five have its own direction, itself included
     np.testing.assert_allclose(local_nematic_order(data, 1.1, dimensions=3), 1)
     assert local.attrs["radius"] == 1.1
     alone = group(np.zeros((1, 1, 3)), (0, 0, 1.0))
@@ -88,7 +88,7 @@ def test_failed_rods_are_left_out():
 
 
 def test_ballistic_rods():
-    """Straight on at v: speed v, all the same way, displacement (v lag)², exponent 2; periods do not matter."""
+    """Constant velocity v: speed v, motion order 1, displacement (v lag)², exponent 2, whatever the periods."""
     v, t = np.array([0.3, -0.4, 1.2]), 0.1 * np.arange(41)
     start = scattered(np.random.default_rng(3), 1, 7, (4, 4, 4))
     data = group(start + t[:, None, None] * v, step=0.1, period=(4, 4, 4))
@@ -102,12 +102,12 @@ def test_ballistic_rods():
     width = float(shares.v[1] - shares.v[0])
     np.testing.assert_allclose(shares, [0] * 19 + [1 / width])
     uneven = data.assign_coords(time=("frame", t**2))
-    with pytest.raises(ValueError, match="even times"):
+    with pytest.raises(ValueError, match="equally spaced in time"):
         mean_square_displacement(uneven)
 
 
 def test_random_walks_diffuse():
-    """Steps of variance σ² along each axis: 3 σ² a step, exponent 1; within five errors of independent walks."""
+    """Steps of variance σ² along each axis: 3 σ² per step, exponent 1, within five standard errors."""
     walks = np.random.default_rng(4).normal(0, 0.2, (101, 800, 3)).cumsum(axis=0)
     msd = mean_square_displacement(group(walks))
     error = 5 * np.sqrt(2 / 3 / 800 * np.maximum(msd.lag / 50, 0.05))
@@ -116,7 +116,7 @@ def test_random_walks_diffuse():
 
 
 def test_speeds_of_a_rotation():
-    """Uniform rotation in a disc of radius R: p(v) = 2v/R², ⟨v⟩ = 2R/3, to the error of so many points."""
+    """Uniform rotation of a disc of radius R: p(v) = 2v/R² and ⟨v⟩ = 2R/3, within sampling errors."""
     rng, omega = np.random.default_rng(5), 1e-2
     r, phi = np.sqrt(rng.uniform(0, 1, 4000)), rng.uniform(0, 2 * np.pi, 4000)
     angle = phi + omega * np.arange(5)[:, None]
@@ -128,7 +128,7 @@ def test_speeds_of_a_rotation():
 
 
 def test_shapes_are_named():
-    """Modes by themselves, in any plane; a circle and a half; a helix of two turns, while a wave bends as much."""
+    """Single beam modes in any plane; one and a half circles; a helix of two turns."""
     two = 4 * np.pi
     known = {
         "straight": lambda s: 0.3 * beam_mode(0, s),
@@ -148,15 +148,15 @@ def test_shapes_are_named():
 
 @pytest.fixture(scope="module")
 def swimming(device) -> xr.Dataset:
-    """Six swimmers of one stiffness and three shapes, for a moment."""
+    """Six swimmers of one stiffness and three shapes, for a short time."""
     shapes = [{"kind": "mode", "mode": mode, "amplitude": 3.0} for mode in (0, 1, 2, 0, 1, 2)]
     given = {"bend": np.array([1e-3]), "twist": np.array([1e-3]), "moment": np.zeros(1)}
     strain = [initial_strain(shape, 33, given)[0] for shape in shapes]
-    return film(FreeRods(6, 33, bend=1e-3, twist=1e-3, shape=strain, device=device), 0.1, 0.02)
+    return integrate(FreeRods(6, 33, bend=1e-3, twist=1e-3, shape=strain, device=device), 0.1, 0.02)
 
 
 def test_a_run_is_measured_and_drawn(swimming, tmp_path):
-    """All measures, with units and sources, of what a simulation saves; a figure of each, from either."""
+    """All measures, with units and sources, of a simulation; and a figure of each, from data or from measures."""
     data = swimming.assign(position=swimming.position + xr.DataArray(np.arange(6) % 3, dims="rod"))
     found = swarm.measure(data, *swarm.MEASURES)
     assert set(found) == set(swarm.MEASURES) == set(swarm.PLOTS)
@@ -173,7 +173,7 @@ def test_a_run_is_measured_and_drawn(swimming, tmp_path):
 
 
 def test_long_runs_are_read_in_parts(monkeypatch):
-    """A frame at a time, with a progress bar from the start, everything is the same."""
+    """Reading one frame at a time, with a progress bar from the start, changes nothing."""
     rng = np.random.default_rng(14)
     walk = scattered(rng, 1, 40, (3, 3, 3)) + rng.normal(0, 0.05, (9, 40, 3)).cumsum(axis=0)
     data = group(walk, isotropic(rng, 1, 40), period=(3, 3, 3))
@@ -186,7 +186,7 @@ def test_long_runs_are_read_in_parts(monkeypatch):
 
 
 def test_ensembles_are_measured_together():
-    """A soft and a stiff cell that pass through each other: a crossing of neither group alone."""
+    """A soft and a stiff cell that pass through each other: neither group alone has the crossing."""
     open_space, none = (np.inf,) * 3, np.zeros((2, 1))
     soft = group([[[0, 0, 0]], [[0, 0, 0]]], (1, 0, 0), period=open_space, activity=none)
     stiff = group([[[0, 0, 0.1]], [[0.03, 0.02, -0.1]]], (0, 1, 0), period=open_space, activity=none)

@@ -1,4 +1,4 @@
-"""Correlations and density of swarms, in boxes of all kinds: by counting, and against gases and lattices."""
+"""Correlations and density of swarms in boxes of all kinds, against ideal gases, lattices and counting."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ BOXES = {
 
 @pytest.mark.parametrize("box, period, dimensions", BOXES.values(), ids=BOXES)
 def test_an_ideal_gas_has_no_correlations(box, period, dimensions):
-    """g = 1 in every bin within 4.5 counted errors, on average within 3; unrelated velocities have C_v = 0."""
+    """g = 1 in every bin within 4.5 standard errors; uncorrelated velocities have C_v = 0."""
     rng, frames, rods = np.random.default_rng(6), 40, 300
     middle = scattered(rng, frames, rods, box)
     found = pair_correlation(group(middle, period=period, length=0.9), bins=20)
@@ -28,7 +28,9 @@ def test_an_ideal_gas_has_no_correlations(box, period, dimensions):
     ideal = found.expected.sum("frame")
     excess = ((found * found.expected).sum("frame") / ideal - 1) * np.sqrt(ideal)
     assert np.abs(excess).max() < 4.5
-    share = (found * found.expected).sum("r") / found.expected.sum("r") - 1  # frames are independent: their own error
+    share = (found * found.expected).sum("r") / found.expected.sum(
+        "r"
+    ) - 1  # frames are independent, which gives the error
     assert np.abs(share.mean()) < 3.5 * share.std() / np.sqrt(frames)
     assert share.std() < 0.05
     assert found.sizes == {"frame": frames, "r": 20}
@@ -37,8 +39,8 @@ def test_an_ideal_gas_has_no_correlations(box, period, dimensions):
     assert np.abs(velocity_correlation(moving, bins=4)).max() < 0.1
 
 
-def test_a_lattice_has_its_neighbours():
-    """A simple cubic lattice: 6, 12, 8, 6 neighbours at 1, √2, √3, 2, and nothing in between."""
+def test_a_cubic_lattice_has_its_neighbours():
+    """6, 12, 8, 6 neighbours at the distances 1, √2, √3, 2, and none in between."""
     grid = np.stack(np.meshgrid(*[np.arange(6.0)] * 3, indexing="ij"), axis=-1).reshape(1, -1, 3)
     far = group(grid + 6 * np.random.default_rng(7).integers(-3, 4, (1, 216, 3)), period=(6, 6, 6))
     found = pair_correlation(far, reach=2.1, bins=21)
@@ -59,8 +61,8 @@ def test_reach_has_bounds():
         pair_correlation(data, dimensions=4)
 
 
-def test_velocities_of_a_common_drift_and_of_a_rotation():
-    """C_v = 1 for a drift. A rigid rotation of a ring of n: v_i·v_j ∝ cos of the angle between them, exactly."""
+def test_velocity_correlation_of_a_drift_and_of_a_rotation():
+    """C_v = 1 for a drift. In a ring in rigid rotation v_i·v_j is exactly the cosine of the angle between points."""
     drift = group(scattered(np.random.default_rng(9), 1, 50, (5, 5, 5)) + np.arange(4.0)[:, None, None] * [0.1, 0, 0])
     found = velocity_correlation(drift)
     np.testing.assert_allclose(found.values[found.notnull()], 1)
@@ -72,12 +74,12 @@ def test_velocities_of_a_common_drift_and_of_a_rotation():
         between = 2 * np.pi * apart / number
         bin_of = int(2 * 3 * np.sin(between / 2) / 0.03)
         np.testing.assert_allclose(found[:, bin_of], np.cos(between), rtol=1e-9)
-    assert found.notnull()[2].sum() == 4  # 4: one more pair of neighbours at 60°, at 3.0 exactly
+    assert found.notnull()[2].sum() == 4  # the fourth: neighbours at 60°, at a distance of exactly 3.0
 
 
 @pytest.mark.parametrize("box, period, dimensions", BOXES.values(), ids=BOXES)
-def test_density_holds_all_rods(box, period, dimensions):
-    """Its sum times the cells' size is the number of rods; a rod on a cell's edge counts where its nodes are."""
+def test_density_sums_to_the_number_of_rods(box, period, dimensions):
+    """The sum over the cells times their size."""
     rng = np.random.default_rng(10)
     data = group(scattered(rng, 3, 20, box) * 3 - 5, isotropic(rng, 3, 20, flat=dimensions == 2), period=period)
     found = density_map(data, dimensions=dimensions)
@@ -87,8 +89,8 @@ def test_density_holds_all_rods(box, period, dimensions):
     assert found.attrs["units"] == f"1/length^{dimensions}"
 
 
-def test_density_is_where_the_rod_is():
-    """A node on an edge belongs to the cell above, and to the first at the period; the box is about the origin."""
+def test_density_is_in_the_cells_of_the_nodes():
+    """A node on an edge belongs to the cell above, wrapped at the period; the box is centred on the origin."""
     data = group([[[-2.0, -2.0, 0], [2.0, -2.0, 0]]], period=(5, 5, np.inf), nodes=3)
     found = density_map(data, cell=1.0)[0]
     expected = np.zeros((5, 5))
@@ -99,8 +101,8 @@ def test_density_is_where_the_rod_is():
 
 
 @pytest.mark.parametrize("period", [(3.0, 4.0, 5.0), (3.0, np.inf, 5.0), OPEN])
-def test_pairs_against_all_pairs(period):
-    """Points far out of the box, some on its edges: each near pair once, with the separation of nearest images."""
+def test_pairs_against_a_search_over_all_pairs(period):
+    """Points far outside the box and on its edges: each near pair once, with the separation of nearest images."""
     rng, period = np.random.default_rng(11), np.array(period)
     points = rng.uniform(-20, 20, (300, 3)) * [1, 0.2, 1]
     points[:8] = [

@@ -1,4 +1,4 @@
-"""A plot of every measure, and what the plots that several share show."""
+"""Plots: one for every measure, and the contents of those that several measures use."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_every_measure_has_a_plot():
 @pytest.mark.parametrize("count", [3, 1])
 @pytest.mark.parametrize("name", MEASURES)
 def test_every_plot_is_drawn(run, name, count):
-    """Of several rods and of one, from the data and from what was measured of them; the settings stay as they were."""
+    """For several rods and for one, from data and from measured values; Matplotlib's settings do not change."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -58,7 +58,7 @@ def test_every_plot_is_drawn(run, name, count):
 
 
 def test_a_figure_is_shown_and_saved_in_the_house_style(run, tmp_path):
-    """What a notebook asks an object for is there; and a file has the bytes that it has anywhere."""
+    """Notebooks can show it, and files have the same bytes whatever the settings of Matplotlib."""
     import matplotlib
 
     figure = wr.plot(run["cells"], "writhe", tmp_path / "writhe")
@@ -87,8 +87,8 @@ def test_options_go_to_the_plot_or_to_the_measure(run):
         wr.plot(run["cells"], "beauty")
 
 
-def test_the_box_is_not_taken_for_a_measure(run):
-    """A group has a variable ``period``, of its box, and filaments one called ``arc_length``, which is the measure."""
+def test_the_period_of_the_box_is_not_confused_with_the_measure(run):
+    """Groups have a variable ``period`` of the box; ``arc_length`` of filaments is the measure itself."""
     cells = run["cells"].to_dataset()
     assert "period" in cells and wr.plot(cells, "period").axes[0].get_title() == "none for 3 of 3 rods"
     terms = wr.measure(run["sensors"], "energy_terms")
@@ -96,7 +96,7 @@ def test_the_box_is_not_taken_for_a_measure(run):
         wr.plot(terms, "twist_energy")
 
 
-def test_a_measure_without_a_plot_says_so(run, monkeypatch):
+def test_a_measure_without_a_plot_is_refused(run, monkeypatch):
     monkeypatch.setitem(MEASURES, "mine", Measure(MEASURES["writhe"].function, "rods", "1", ("position",)))
     with pytest.raises(ValueError, match="mine has no plot: give it a row of"):
         wr.plot(run["cells"], "mine")
@@ -114,7 +114,7 @@ def axes():
     return plots.figure().add_subplot()
 
 
-def test_a_curve_is_the_median_with_its_quartiles():
+def test_a_curve_is_the_median_with_the_interquartile_range():
     several = np.random.default_rng(0).normal(size=(6, 9))
     several[0] = np.nan
     drawn = axes()
@@ -130,7 +130,7 @@ def test_a_curve_is_the_median_with_its_quartiles():
         over_time.curve(axes(), values(np.full((3, 2), np.nan), "frame", "rod"))
 
 
-def test_errors_are_drawn_by_size():
+def test_errors_are_drawn_by_magnitude():
     drawn = axes()
     over_time.error(drawn, values([[-1e-3, 0.0, 1e-5], [np.nan, np.nan, np.nan], [1e-2, 1e-4, -1e-6]], "frame", "rod"))
     median, worst = (line.get_ydata() for line in drawn.lines)
@@ -150,7 +150,7 @@ def test_modes_of_several_rods_are_root_mean_squares():
     assert [line.get_ydata()[0] for line in single.lines] == [-4, 0]
 
 
-def test_few_rods_are_drawn_one_by_one_and_many_counted():
+def test_few_rods_are_drawn_one_by_one_and_many_as_a_histogram():
     few, many = (values([*range(count), np.nan], "rod").assign_coords(rod=np.arange(count + 1)) for count in (4, 40))
     drawn = axes()
     distributions.histogram(drawn, few)
@@ -161,15 +161,15 @@ def test_few_rods_are_drawn_one_by_one_and_many_counted():
     assert sum(bar.get_height() for bar in drawn.patches) == 40 and drawn.get_ylabel() == "rods"
 
 
-def test_those_that_never_settle_stay_below_one():
-    """Two of three that did not fail have settled."""
+def test_the_settled_fraction_counts_rods_that_never_settle():
+    """Two of the three rods that did not fail have settled."""
     drawn = axes()
     distributions.settled(drawn, values([2.0, np.inf, 1.0, np.nan], "rod"))
     np.testing.assert_allclose(drawn.lines[0].get_xydata(), [[0, 0], [1, 1 / 3], [2, 2 / 3]])
 
 
 def test_correlations_measured_together_are_drawn_without_gaps(run):
-    """Their bins differ, so that each has gaps where the other has bins."""
+    """Their bins differ, so that a common dataset has missing values for both."""
     together = wr.measure(run["cells"], "pair_correlation", "velocity_correlation")
     assert together.pair_correlation.isnull().any()
     for name in ("pair_correlation", "velocity_correlation"):

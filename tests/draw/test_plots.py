@@ -1,4 +1,4 @@
-"""Figures in the house style: sizes, bytes, and tubes that are where their rods are."""
+"""Figures in the house style: sizes, bytes, and the geometry of tubes."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def drawn(stem):
         figure.colorbar(mapped, ax=left, label="energy per length")
         plots.tubes(right, [COIL], membrane=triangulate(make("sphere", {"radius": 0.4}), 12))
         plots.scale_bar(right, 0.5, "L/2")
-        plots.letter(left, "a")
+        plots.panel_title(left, "a")
     return plots.save(figure, stem)
 
 
@@ -38,7 +38,7 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
     np.testing.assert_allclose(imread(png).shape[:2], pixels, atol=1)
 
 
-def test_a_tube_keeps_its_radius_and_ends_round():
+def test_a_tube_has_its_radius_everywhere_and_rounded_ends():
     rings, normals = tubes._tube(COIL, 0.03, np.eye(3))
     middle = rings[len(tubes.CAP) : -len(tubes.CAP)]
     np.testing.assert_allclose(np.linalg.norm(middle - COIL[:, None], axis=-1), 0.03, rtol=1e-12)
@@ -48,14 +48,14 @@ def test_a_tube_keeps_its_radius_and_ends_round():
 
 
 @pytest.mark.parametrize("view", [(0.0, 0.0), (-60.0, 25.0), (30.0, 90.0)])
-def test_the_viewer_has_a_right_handed_frame(view):
+def test_the_camera_has_a_right_handed_frame(view):
     camera = tubes._camera(view)
     np.testing.assert_allclose(camera @ camera.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(camera) == pytest.approx(1.0)
 
 
 def test_a_rod_in_front_hides_one_behind():
-    """Two crossing rods seen from above: what is drawn last is the upper one, whichever was given first."""
+    """Two crossing rods seen from above: the upper one is drawn last, whichever was given first."""
     upper, lower = COIL * [1, 0, 0] + [0, 0, 0.5], COIL[:, [1, 0, 2]] * [0, 1, 0]
     for lines, values in (([upper, lower], [1.0, 0.0]), ([lower, upper], [0.0, 1.0])):
         axes = plots.figure().subplots()

@@ -1,4 +1,4 @@
-"""The animation: valid USD, true to the trajectory, and read alike by programs that are not Pixar's."""
+"""The animation: valid USD with the data of the trajectory, also for independent readers."""
 
 import importlib.util
 import re
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from warp_rods.draw.usd.export import export_usd
-from warp_rods.draw.usd.look import energy_colours
+from warp_rods.draw.usd.materials import energy_colours
 from warp_rods.errors import RunFolderError
 from warp_rods.membranes.mesh import triangulate
 from warp_rods.membranes.surfaces import make
@@ -51,7 +51,7 @@ MICRONS = '[units]\nlength = "1 um"\n'
 
 
 def arcs(rods: int, nodes: int, length: float, turn: float) -> np.ndarray:
-    """Meridian arcs on the unit sphere, moved round the axis by ``turn`` [rods, nodes, 3]."""
+    """Meridian arcs on the unit sphere, rotated about the axis by ``turn`` [rods, nodes, 3]."""
     along = np.linspace(-0.5, 0.5, nodes) * length
     azimuth = 2 * np.pi * np.arange(rods)[:, None] / rods + turn
     x, y, z = np.cos(azimuth) * np.cos(along), np.sin(azimuth) * np.cos(along), np.sin(along) + 0 * azimuth
@@ -98,7 +98,7 @@ def curves_of(stage, name):
     return UsdGeom.BasisCurves(stage.GetPrimAtPath(f"/World/Ensembles/{name}"))
 
 
-def test_passes_every_validator(stage):
+def test_every_validator_passes(stage):
     from pxr import UsdValidation
 
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
@@ -107,7 +107,7 @@ def test_passes_every_validator(stage):
     assert [f"{error.GetName()}: {error.GetMessage()}" for error in errors] == []
 
 
-def test_stage_says_how_to_show_it(stage):
+def test_stage_metadata(stage):
     from pxr import UsdGeom
 
     assert stage.GetDefaultPrim().GetPath() == "/World"
@@ -142,17 +142,17 @@ def test_colours_have_one_range_for_the_whole_run(run, stage):
     data = open_run(run)
     every = [data[name].energy_density.values for name in ("sensors", "cell")]
     low, high = np.quantile(np.concatenate([density.ravel() for density in every]), [0.02, 0.98])
-    said = stage.GetDefaultPrim().GetCustomDataByKey("elasticEnergyDensity")
-    assert said["low"] == pytest.approx(low, rel=1e-12) and said["high"] == pytest.approx(high, rel=1e-12)
-    assert said["colourMap"] == "viridis"
+    stored = stage.GetDefaultPrim().GetCustomDataByKey("elasticEnergyDensity")
+    assert stored["low"] == pytest.approx(low, rel=1e-12) and stored["high"] == pytest.approx(high, rel=1e-12)
+    assert stored["colourMap"] == "viridis"
     for frame in (0, FRAMES - 1):
         drawn = np.array(curves_of(stage, "cell").GetDisplayColorAttr().Get(frame))
-        expected = energy_colours(every[1][frame].ravel(), said["low"], said["high"])
+        expected = energy_colours(every[1][frame].ravel(), stored["low"], stored["high"])
         np.testing.assert_array_equal(drawn, expected)
 
 
 def test_colours_brighten_with_energy_in_equal_steps():
-    """Perceptually uniform: lightness L* rises along the map, no step more than twice the mean one."""
+    """Perceptually uniform: lightness L* increases along the map, with no step above twice the mean."""
     luminance = energy_colours(np.linspace(0, 1, 33), 0.0, 1.0) @ [0.2126, 0.7152, 0.0722]
     steps = np.diff(116 * np.cbrt(luminance) - 16)
     assert steps.min() > 0 and steps.max() < 2 * steps.mean()
@@ -182,7 +182,7 @@ def test_camera_sees_everything_at_every_time(stage):
     clip = np.c_[points, np.ones(len(points))] @ to_picture
     picture = np.abs(clip[:, :3] / clip[:, 3:])
     assert picture.max() < 1.0
-    assert picture[:, :2].max() > 0.75  # and does not stand far off
+    assert picture[:, :2].max() > 0.75  # and is not too far away
 
 
 def test_lights(stage):
@@ -215,7 +215,7 @@ HOLES = {"torus": 1}
 
 @pytest.mark.parametrize("kind", CLOSED)
 def test_closed_membranes_are_watertight(kind):
-    """Each edge is shared by two triangles, opposite ways; and Euler's number counts the holes."""
+    """Each edge is shared by two triangles in opposite directions, and the Euler characteristic counts the holes."""
     surface = make(kind, CLOSED[kind])
     points, normals, triangles = triangulate(surface, cells=32)
     assert np.max(np.abs(surface.phi(points)) / np.linalg.norm(surface.gradient(points), axis=1)) < 1e-12
@@ -247,7 +247,7 @@ def test_open_membranes_end_at_their_box(kind, values):
     assert points[:, end].min() == pytest.approx(low[end]) and points[:, end].max() == pytest.approx(high[end])
 
 
-def test_width_is_the_steric_core_and_units_are_said(tmp_path):
+def test_width_is_the_steric_core_and_units_are_stored(tmp_path):
     from pxr import Usd, UsdGeom
 
     write_run(tmp_path, STERIC + MICRONS)
@@ -256,11 +256,11 @@ def test_width_is_the_steric_core_and_units_are_said(tmp_path):
     assert UsdGeom.GetStageMetersPerUnit(stage) == pytest.approx(1e-6)
 
 
-def test_width_without_a_core_is_slender(stage):
+def test_rods_without_a_core_are_slender(stage):
     assert list(curves_of(stage, "sensors").GetWidthsAttr().Get()) == pytest.approx([0.6 / 30], rel=1e-3)
 
 
-def test_a_failed_rod_stays_where_it_was(tmp_path):
+def test_a_failed_rod_stays_at_its_last_position(tmp_path):
     from pxr import Usd
 
     write_run(tmp_path, fail_at=3)
@@ -273,7 +273,7 @@ def test_a_failed_rod_stays_where_it_was(tmp_path):
     assert np.isfinite(np.array(curves.GetDisplayColorAttr().Get(5))).all()
 
 
-def test_same_trajectory_same_bytes_and_no_litter(run, tmp_path):
+def test_equal_trajectories_give_equal_bytes_and_no_temporary_files(run, tmp_path):
     first = (run / "animation.usdc").read_bytes()
     assert export_usd(run, tmp_path / "again.usdc") == tmp_path / "again.usdc"
     assert (tmp_path / "again.usdc").read_bytes() == first
@@ -291,11 +291,11 @@ def test_runs_with_nothing_to_show(tmp_path):
 
 
 def test_an_independent_reader_sees_the_same(run):
-    """tinyusdz has no typed access to samples of curves, but writes out what it has understood of them."""
+    """tinyusdz has no typed access to samples of curves, but prints what it has read."""
     tinyusdz = pytest.importorskip("tinyusdz")
     stage, data = tinyusdz.load(str(run / "animation.usdc")), open_run(run)
-    said = [stage.get_metadata(key) for key in ("startTimeCode", "endTimeCode", "upAxis", "defaultPrim")]
-    assert said == [0.0, FRAMES - 1.0, "Z", "World"]
+    metadata = [stage.get_metadata(key) for key in ("startTimeCode", "endTimeCode", "upAxis", "defaultPrim")]
+    assert metadata == [0.0, FRAMES - 1.0, "Z", "World"]
     for name in ("sensors", "cell"):
         text = stage.get_prim_at_path(f"/World/Ensembles/{name}").to_string()
         samples = re.search(r"point3f\[\] points\.timeSamples = \{(.*?)\}", text, re.DOTALL).group(1)
@@ -319,7 +319,7 @@ print("SAW", scene.frame_start, scene.frame_end, kinds.count("CAMERA"), kinds.co
 
 @pytest.mark.skipif(importlib.util.find_spec("bpy") is None, reason="Blender (bpy) is not installed")
 def test_opens_in_blender(run):
-    """In a process of its own: Blender brings another build of USD."""
+    """In a separate process, as Blender has its own build of USD."""
     command = [sys.executable, "-c", IN_BLENDER, str(run / "animation.usdc")]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert f"SAW 0 {FRAMES - 1} 1 1 [(2, 34), (4, 36)]" in output

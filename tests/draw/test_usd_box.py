@@ -1,4 +1,4 @@
-"""The box of swimmers in the animation: rods where their middle is inside, edges, walls that can be seen."""
+"""The box of swimmers in the animation: rods with their middles inside, edges, visible walls."""
 
 import numpy as np
 import pytest
@@ -39,10 +39,12 @@ def test_rods_are_drawn_in_their_periodic_box(kind, tmp_path):
         drawn = np.array(points.Get(frame)).reshape(4, 17, 3)
         saved = data.position[frame].to_numpy()
         shift = (drawn - saved) / np.where(np.isfinite(size), size, 1)
-        np.testing.assert_allclose(shift, np.rint(shift[:, :1]) + 0 * shift, atol=1e-5)  # whole periods, rods whole
+        np.testing.assert_allclose(
+            shift, np.rint(shift[:, :1]) + 0 * shift, atol=1e-5
+        )  # whole periods, the same for all nodes of a rod
         assert (np.abs(drawn[:, 8]) <= size / 2 + 1e-6).all()
         left += np.abs(np.rint(shift)).sum()
-    assert left > 0  # swimmers did leave: at speed 1 they cross the box in 1.5
+    assert left > 0  # swimmers do leave the box: at speed 1 they cross it in 1.5
     edges = UsdGeom.BasisCurves.Get(stage, "/World/Box")
     corners = np.array(edges.GetPointsAttr().Get())
     assert len(edges.GetCurveVertexCountsAttr().Get()) == 12

@@ -1,4 +1,4 @@
-"""The membrane's curvatures and the load on it in the animation: true, valid, and out of the way."""
+"""Curvatures of the membrane and the load on it in the animation."""
 
 import re
 
@@ -31,7 +31,7 @@ end = 1.0
 
 
 def write_run(folder, fail_at: int | None = None) -> None:
-    """Three ensembles with noise for positions; one without load, one with ten times the other's."""
+    """Three ensembles with random positions: one without load, one with ten times the load of the other."""
     rng = np.random.default_rng(3)
     groups = {name: GroupSpec(RODS, NODES, FILAMENT_VARIABLES) for name in ("idle", "pushing", "pulling")}
     writer = TrajectoryWriter.create(folder / STORE, groups, {"scene": SCENE})
@@ -64,7 +64,7 @@ def stage(run):
 
 
 def arrows_of(stage, name):
-    """Curves of one ensemble's load, and their points [frame, arrow, 4, 3]."""
+    """Curves of the load of one ensemble, and their points [frame, arrow, 4, 3]."""
     from pxr import UsdGeom
 
     curves = UsdGeom.BasisCurves(stage.GetPrimAtPath(f"/World/Loads/{name}_load"))
@@ -72,8 +72,8 @@ def arrows_of(stage, name):
     return curves, np.stack(points)
 
 
-def test_mesh_carries_its_curvatures(stage):
-    """Of the torus: −1/r, and −cos θ/(R + r cos θ)."""
+def test_mesh_has_its_curvatures(stage):
+    """Principal curvatures of the torus: −1/r and −cos θ/(R + r cos θ)."""
     from pxr import UsdGeom
 
     mesh = stage.GetPrimAtPath("/World/Membrane")
@@ -93,7 +93,7 @@ def test_mesh_carries_its_curvatures(stage):
         np.testing.assert_allclose(np.array(primvar.Get()), values, rtol=0, atol=1e-5)
 
 
-def test_arrows_are_the_load_on_one_scale(run, stage):
+def test_arrows_show_all_loads_on_one_scale(run, stage):
     data = open_run(run)
     loads = {name: data[name]["load"].values for name in ("pushing", "pulling")}
     sizes = np.concatenate([np.linalg.norm(load, axis=-1).ravel() for load in loads.values()])
@@ -131,7 +131,7 @@ def test_arrows_are_guides_with_an_extent(stage):
         assert np.all(high - low < np.ptp(points[frame], axis=(0, 1)) + 0.2 * 0.08 * SIZE)
 
 
-def test_passes_every_validator(stage):
+def test_every_validator_passes(stage):
     from pxr import UsdValidation
 
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
@@ -139,7 +139,7 @@ def test_passes_every_validator(stage):
     assert [f"{error.GetName()}: {error.GetMessage()}" for error in errors] == []
 
 
-def test_a_failed_rod_keeps_its_arrows(tmp_path):
+def test_a_failed_rod_keeps_its_last_arrows(tmp_path):
     from pxr import Usd
 
     write_run(tmp_path, fail_at=2)

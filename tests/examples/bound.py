@@ -1,4 +1,4 @@
-"""States of surface-bound filaments for the tests: on the device, in the twin, and as smooth curves on a surface."""
+"""States of surface-bound filaments for tests: on the device, for the NumPy version, and as smooth curves."""
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -26,7 +26,7 @@ MIDDLES = {
     "cassini": np.array([[0.5, 0.1, 0.3], [-0.3, 0.5, -0.9]]),
 }
 DIRECTIONS = np.array([[0.3, 0.8, 0.5], [0.6, -0.2, 0.7]])
-"""Near the middle nodes and their tangents."""
+"""Approximate positions of the middle nodes, and tangents there."""
 
 
 def wave(rng, scale=1.0):
@@ -63,17 +63,17 @@ def random_filaments(kind, nodes, device, seed=3):
 
 
 def twin_rod(kind, rod, nodes):
-    """The twin's parameters of one of the two rods."""
+    """Parameters of one of the two rods for the NumPy version."""
     return Rod(TWINS[kind], LENGTH[rod] / (nodes - 1), STIFFNESS[rod], INTRINSIC[rod], DRAG[rod])
 
 
 def read(rods, name):
-    """A copy of one of the ensemble's device arrays [rod, ...]."""
+    """A copy of a device array of the ensemble [rod, ...]."""
     return getattr(rods._f, name).numpy().copy()
 
 
 def twin_state(rods, rod):
-    """The present state of one rod for the twin."""
+    """The present state of one rod for the NumPy version."""
     return State(*(read(rods, name)[rod] for name in ("geodesic", "rotation", "position")))
 
 
@@ -89,7 +89,7 @@ def start_frame(kind, rod):
 
 
 def trace(surface, turn, r, q, s):
-    """Positions and tangents [..., 3] at arc lengths s (rising, 0 in the middle) of the curve of these Ω(s).
+    """Positions and tangents [..., 3] at ascending arc lengths s (0 in the middle) of the curve with these Ω(s).
 
     q' = Ω n×q − (q·∇n·q) n, (5.46) with the sign of docs/model.md §3.1.
     """
@@ -100,15 +100,15 @@ def trace(surface, turn, r, q, s):
         return np.concatenate([q, turn(at) * np.cross(n, q) - (q @ surface.normal_gradient(x) @ q) * n])
 
     parts = []
-    for way, side in ((-1, s[s < 0][::-1]), (1, s[s >= 0])):
+    for sign, side in ((-1, s[s < 0][::-1]), (1, s[s >= 0])):
         path = solve_ivp(slope, (0, side[-1]), np.concatenate([r, q]), "DOP853", t_eval=side, rtol=1e-13, atol=1e-13)
-        parts.append(path.y.T[::way])
+        parts.append(path.y.T[::sign])
     x = np.concatenate(parts)
     return x[:, :3], x[:, 3:]
 
 
 def compatible_turn(kind, rod, seed=5):
-    """A smooth Ω(s) whose curve meets both conditions of free ends: m3 = 0 and (D.60)."""
+    """A smooth Ω(s) whose curve satisfies both conditions at free ends: m3 = 0 and (D.60)."""
     half = LENGTH[rod] / 2
     B3, sigma3 = STIFFNESS[rod][2], INTRINSIC[rod][2]
     inside = Chebyshev.interpolate(wave(np.random.default_rng(seed + rod), 0.5), 12)
@@ -129,7 +129,7 @@ def compatible_turn(kind, rod, seed=5):
 
 
 def smooth_filaments(kind, nodes, device, turns, seed=1):
-    """The two rods with Ω of ``turns``, functions on [−1, 1], under a smooth force."""
+    """The two rods with Ω from ``turns``, functions on [−1, 1], under a smooth force."""
     rng = np.random.default_rng(seed)
     x = np.linspace(-1, 1, nodes)
     force = np.stack([np.stack([wave(rng)(x) for _ in range(3)], -1) for _ in LENGTH])

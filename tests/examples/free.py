@@ -1,4 +1,4 @@
-"""Active rods that several tests start from, and how orders are measured."""
+"""Active rods for several tests, and the measured order of convergence."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from warp_rods.rods.modes import beam_mode
 MOMENT = 5e-3
 TWIST = 1e-3
 SMOOTH = Flagella(profile=lambda s: -np.sin(np.pi * s))
-"""A field with f' = 0 at the ends from the start, so that nothing is singular in the corner s = 1/2, t = 0."""
+"""An activity with f' = 0 at the ends at t = 0, so that the solution is smooth at s = 1/2, t = 0."""
 
 
 def start_in_space(s):
-    """k, τ, f of a coiled rod without any symmetry; k and τ vanish at the ends as they must."""
+    """k, τ, f of a coiled rod without symmetry; k and τ are zero at the ends, as required."""
     bending = (2 * beam_mode(0, s) + beam_mode(1, s)) * 1j * np.exp(2j * np.pi * s)
     twist = MOMENT / TWIST * (np.log(np.cosh(4 * s) / np.cosh(2)) / 4)
     return bending, twist, -np.sin(np.pi * s)
@@ -26,7 +26,7 @@ def strain_in_space(nodes):
 
 
 def in_space(device, nodes=65, count=1, **other) -> FreeRods:
-    """Rods with bending, twist, activity and moment all at work."""
+    """Rods with bending, twist, activity and active moment."""
     given = {"bend": 1e-3, "twist": TWIST, "moment": MOMENT, "flagella": SMOOTH, "shape": strain_in_space(nodes)}
     return FreeRods(count, nodes, **(given | other), device=device)
 
@@ -43,5 +43,5 @@ def passive(device, nodes=65, **other) -> FreeRods:
 
 
 def slope(sizes, errors) -> float:
-    """The order that errors show: −d log(error)/d log(size)."""
+    """The order of convergence, −d log(error)/d log(size)."""
     return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])

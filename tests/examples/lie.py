@@ -1,4 +1,4 @@
-"""Kernels and launchers that evaluate the group functions, one thread an element, for test_lie.py."""
+"""Kernels that evaluate the group functions with one thread per element, for test_lie.py."""
 
 import numpy as np
 import warp as wp
@@ -65,7 +65,7 @@ def store_pair(a: wp.vec3d, b: wp.vec3d, i: int, k: int, v: wp.array2d[wp.vec3d]
 
 @wp.kernel
 def screw_functions(x: wp.array2d[wp.vec3d], R: wp.array2d[wp.mat33d], v: wp.array2d[wp.vec3d]):
-    """From screws ``x[i] = (a, a', b, b', c, c')``: frames of a, b, ab, a^-1; log of a; what a does to c."""
+    """From screws ``x[i] = (a, a', b, b', c, c')``: frames of a, b, ab, a^-1; log of a; Ad, ad, Ad*, ad* of a on c."""
     i = wp.tid()
     a, a1, c, c1 = x[i, 0], x[i, 1], x[i, 4], x[i, 5]
     Q, q = lie.se3_exp(a, a1)
@@ -89,7 +89,7 @@ def screw_functions(x: wp.array2d[wp.vec3d], R: wp.array2d[wp.mat33d], v: wp.arr
 
 
 def launch(kernel, data: np.ndarray, dtype, outputs: list, device: str) -> list[np.ndarray]:
-    """One thread a row of ``data``; ``outputs`` are (dtype, columns), columns None for a plain array."""
+    """Launch with one thread per row of ``data``; ``outputs``: (dtype, columns), columns None for a 1-d array."""
     rows = len(data)
     given_array = wp.array(data, dtype=dtype, device=device)
     arrays = [wp.zeros(rows if n is None else (rows, n), dtype=t, device=device) for t, n in outputs]
@@ -98,7 +98,7 @@ def launch(kernel, data: np.ndarray, dtype, outputs: list, device: str) -> list[
 
 
 def coefficients(theta: np.ndarray, device: str) -> np.ndarray:
-    """A, B, C and the coefficient of (B.20), a row for each of ``theta``."""
+    """A, B, C and the coefficient of (B.20); one row for each of ``theta``."""
     return launch(coefficient_functions, theta, wp.vec3d, [(real, 4)], device)[0]
 
 
@@ -115,6 +115,6 @@ def matrices(R: np.ndarray, device: str) -> list[np.ndarray]:
 
 
 def screws(x: np.ndarray, device: str) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices ``[row, 4]`` and vectors ``[row, 14]`` as ``screw_functions`` numbers them."""
+    """Matrices ``[row, 4]`` and vectors ``[row, 14]`` in the order of ``screw_functions``."""
     R, v = launch(screw_functions, x, wp.vec3d, [(wp.mat33d, 4), (wp.vec3d, 14)], device)
     return R, v

@@ -1,4 +1,4 @@
-"""Scenes for the tests: the design's, small ones with something changed, and random valid ones."""
+"""Scenes for tests: one with all tables, small ones with changes, and random valid ones."""
 
 from copy import deepcopy
 
@@ -59,7 +59,7 @@ PLACEMENT = {"position": [[1, 0, 0], [0, 1, 0]], "direction": [[0, 0, 1], [0, 0,
 
 
 def small(**changes) -> dict:
-    """A valid scene of both kinds with keys, or keys of tables (table__key), changed; None takes one out."""
+    """A valid scene with both kinds of rods and with changed keys, or keys of tables (table__key)."""
     tables = {
         "surface": {"kind": "sphere", "radius": 1},
         "filaments": [FILAMENTS],
@@ -81,7 +81,7 @@ vectors = st.tuples(numbers, numbers, numbers)
 
 
 def each(values, count):
-    """One value, or a list of one for each rod."""
+    """One value, or a list with one for each rod."""
     return values | st.lists(values, min_size=count, max_size=count)
 
 

@@ -1,4 +1,4 @@
-"""Rods at rest for tests of the steric sums, and the comparison of these sums with all pairs."""
+"""Rods at rest for tests of the steric sums, and the comparison of sums with all pairs."""
 
 import numpy as np
 import warp as wp

@@ -1,11 +1,11 @@
-"""Groups of a trajectory that tests of swarms start from."""
+"""Groups of a trajectory for tests of swarms."""
 
 import numpy as np
 import xarray as xr
 
 
 def group(middle, direction=(1.0, 0.0, 0.0), period=None, step=1.0, length=1.0, nodes=5, **other) -> xr.Dataset:
-    """Straight rods with these middles [frame, rod, 3] and directions, ``step`` from frame to frame."""
+    """Straight rods with these middles [frame, rod, 3] and directions; ``step``: time between frames."""
     middle = np.asarray(middle, float)
     along = np.broadcast_to(np.asarray(direction, float), middle.shape)
     position = middle[:, :, None] + length * np.linspace(-0.5, 0.5, nodes)[:, None] * along[:, :, None]
@@ -30,7 +30,7 @@ def scattered(rng, frames, rods, box) -> np.ndarray:
 
 
 def bent(*bendings) -> xr.Dataset:
-    """Swimmers with these bendings k(s) and no twist; their positions by turning tangents along in space."""
+    """Swimmers with these bendings k(s) and no twist; positions by integration of the tangent."""
     fine = np.linspace(-0.5, 0.5, 4001)
     s, ds = fine[::50], fine[1] - fine[0]
     k = np.array([np.broadcast_to(bending(fine), fine.shape) + 0j for bending in bendings])

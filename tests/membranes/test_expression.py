@@ -1,4 +1,4 @@
-"""Membranes whose φ is a text: against the built-in ones and SymPy, and what no rod can live on refused."""
+"""Membranes with a formula for φ: against the built-in ones and SymPy, and refusal of unusable ones."""
 
 import math
 from pathlib import Path
@@ -31,26 +31,26 @@ BUILT_IN = {
         {"radius": 1.0, "amplitude": 0.16, "wavenumber": 5.0},
     ),
 }
-"""Kind: the same φ as a text, and parameters."""
+"""Kind: the same φ as a formula, and its parameters."""
 
 
-def written(phi: str, box=BOX, **parameters) -> surfaces.Surface:
+def from_formula(phi: str, box=BOX, **parameters) -> surfaces.Surface:
     return surfaces.make("expression", {"phi": phi, "box": box, "parameters": parameters})
 
 
 def sphere(radius: float = 1.3) -> surfaces.Surface:
-    return written(BUILT_IN["sphere"][0], radius=radius)
+    return from_formula(BUILT_IN["sphere"][0], radius=radius)
 
 
 @pytest.mark.parametrize("kind", BUILT_IN)
-def test_equals_the_built_in_one(kind):
+def test_formula_agrees_with_the_built_in_surface(kind):
     text, values = BUILT_IN[kind]
-    mine, built_in = written(text, **values), surfaces.make(kind, values)
-    assert mine.closed
+    surface, built_in = from_formula(text, **values), surfaces.make(kind, values)
+    assert surface.closed
     points = np.random.default_rng(1).uniform(-2, 2, size=(300, 3))
     for quantity in ("phi", "gradient", "hessian"):
         exact = getattr(built_in, quantity)(points)
-        error = np.abs(getattr(mine, quantity)(points) - exact).max()
+        error = np.abs(getattr(surface, quantity)(points) - exact).max()
         assert error < 1e-12 * max(1, np.abs(exact).max())
 
 
@@ -67,7 +67,7 @@ def test_filaments_move_as_on_the_built_in_sphere(device):
     assert np.abs(position[0] - position[1]).max() < 1e-12
 
 
-def test_one_text_is_one_function_whatever_its_parameters():
+def test_equal_formulas_share_one_function_whatever_their_parameters():
     small, large = sphere(0.5), sphere(1.5)
     assert small.field is large.field
     assert sampler(small.field) is sampler(large.field)
@@ -83,7 +83,7 @@ def test_every_function_against_sympy():
     )
     points = np.random.default_rng(3).uniform(-2, 2, size=(200, 3))
     exact = differentiated(sp.sympify(text).subs(dict(zip(sp.symbols("x y z"), POINT, strict=True))))(points)
-    surface = written(text)
+    surface = from_formula(text)
     for found, expected in zip((surface.phi, surface.gradient, surface.hessian), exact, strict=True):
         error = np.abs(found(points) - expected).max()
         assert error < 1e-13 * np.abs(expected).max()
@@ -139,20 +139,20 @@ UNUSABLE = [
 
 
 @pytest.mark.parametrize(("text", "words"), UNUSABLE)
-def test_a_surface_on_which_no_rod_can_live_is_refused(text, words):
+def test_an_unusable_surface_is_refused(text, words):
     with pytest.raises(SceneError) as caught:
-        written(text)
+        from_formula(text)
     assert str(caught.value).startswith("surface.phi: ") and words in str(caught.value)
 
 
-def test_a_neck_about_to_close_is_not_taken_for_a_singular_one():
-    """b → a of a Cassini dumbbell: the waist has radius √(b² − a²) = 1.4e-2."""
-    assert written("(x**2 + y**2 + z**2 + 1)**2 - 4*z**2 - b**4", b=1.0001).closed
+def test_a_very_narrow_neck_is_accepted():
+    """A Cassini dumbbell with b → a, whose waist has the radius √(b² − a²) = 1.4e-2."""
+    assert from_formula("(x**2 + y**2 + z**2 + 1)**2 - 4*z**2 - b**4", b=1.0001).closed
 
 
 CLOSED = [
     ("x**2 + y**2 + z**2 - 1", True),
-    ("x**2 + y**2 + z**2 - 4", True),  # touches its box from within
+    ("x**2 + y**2 + z**2 - 4", True),  # touches its box from inside
     ("sqrt(x**2 + y**2 + z**2) - 1", True),
     ("x**2 + y**2 - 1 + 0*z", False),
     ("z", False),
@@ -161,11 +161,11 @@ CLOSED = [
 
 
 @pytest.mark.parametrize(("text", "closed"), CLOSED)
-def test_a_surface_is_closed_when_phi_is_positive_all_over_its_box(text, closed):
-    assert written(text).closed is closed
+def test_a_surface_is_closed_where_phi_is_positive_on_its_whole_box(text, closed):
+    assert from_formula(text).closed is closed
 
 
-def test_a_scene_names_the_fault_beside_others_and_goes_to_text_and_back():
+def test_a_scene_names_faults_of_the_formula_with_others_and_converts_to_text():
     path = Path(__file__).parents[2] / "scenes" / "expression.toml"
     scene = Scene.load(path)
     again = Scene.parse(scene.to_toml())

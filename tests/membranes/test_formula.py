@@ -1,4 +1,4 @@
-"""Formulas as text: read and differentiated as SymPy does, and every way of refusing one."""
+"""Formulas as text: parsed and differentiated as by SymPy, and refused where not allowed."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ from warp_rods.membranes.symbolic import expression
 
 
 def test_the_source_is_the_same_in_every_process():
-    """Else the compiled kernels would not be found again, nor a run give the same bits."""
+    """Otherwise compiled kernels would not be found again, and runs would not have equal bits."""
     text = "sin(k*x)*cos(y) + x*y*z/(1 + x**2) + a*sqrt(x**2 + y**2 + 1)**3 - exp(-z*x)"
     code = (
         "from warp_rods.membranes.field_source import field_source; "
@@ -51,7 +51,7 @@ POLYNOMIALS = st.recursive(
 @settings(max_examples=60, deadline=None)
 @given(POLYNOMIALS)
 def test_any_polynomial_against_sympy(text):
-    """The source is run as Python, in which each operation means what it means to Warp."""
+    """The source runs as Python, where each operation has the same meaning as in Warp."""
     try:
         source = field_source(expression(f"{text} + x + k", ("k",)))
     except formula.FormulaError as error:
@@ -128,13 +128,13 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize(("text", "words"), HOSTILE, ids=[text[:20].strip() for text, _ in HOSTILE])
-def test_a_text_that_is_not_allowed_is_refused_by_what_is_wrong(text, words):
+def test_a_formula_that_is_not_allowed_is_refused_with_the_reason(text, words):
     with pytest.raises(SceneError) as caught:
         surfaces.make("expression", {"phi": text, "box": [[-2, 2]] * 3})
     assert str(caught.value).startswith("surface.phi: ")
     assert words in str(caught.value)
 
 
-def test_names_out_of_place_are_refused_with_what_is_allowed():
+def test_refusals_state_what_is_allowed():
     with pytest.raises(SceneError, match=r"allowed are numbers, pi, x, y, z, .*tanh\(\), atan\(\), atan2\(\)"):
         surfaces.make("expression", {"phi": "x + open(y)", "box": [[-2, 2]] * 3})

@@ -1,6 +1,6 @@
-"""Membranes given on a grid: the spline against SciPy, the order of its curvature, stacks, meshes, and wrong files.
+"""Membranes on a grid: the spline against SciPy, the order of its curvature, stacks, meshes, and wrong files.
 
-A cubic spline through samples h apart is off by O(h⁴) in φ and by O(h²) in its second derivatives, hence in 𝒦.
+A cubic spline through samples of spacing h has errors O(h⁴) in φ and O(h²) in its second derivatives, hence in 𝒦.
 """
 
 from pathlib import Path
@@ -26,13 +26,13 @@ RADII = {"sphere": (1.0, 1.0, 1.0), "ellipsoid": (1.0, 1.3, 0.8)}
 
 
 def nodes(count: int) -> tuple[np.ndarray, float]:
-    """Points [n, n, n, 3] of a grid round the origin, and its spacing."""
+    """Points [n, n, n, 3] of a grid around the origin, and its spacing."""
     axis = np.linspace(-HALF, HALF, count)
     return np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1), float(axis[1] - axis[0])
 
 
 def distance(x: np.ndarray, radii=RADII["sphere"]) -> np.ndarray:
-    """A level set of an ellipsoid that is no polynomial; of a sphere, the signed distance."""
+    """A level set of an ellipsoid that is not a polynomial; for a sphere the signed distance."""
     return np.linalg.norm(x / radii, axis=-1) - 1
 
 
@@ -50,17 +50,17 @@ def slope(h, error) -> float:
     return float(np.polyfit(np.log(h), np.log(error), 1)[0])
 
 
-def test_the_spline_and_its_derivatives_are_those_of_scipy(tmp_path):
+def test_the_spline_and_its_derivatives_agree_with_scipy(tmp_path):
     rng = np.random.default_rng(1)
     values, h = rng.normal(size=(9, 11, 10)), np.array([0.1, 0.2, 0.3])
     np.save(tmp_path / "phi.npy", values)
-    values_of_it = {"file": str(tmp_path / "phi.npy"), "spacing": h, "origin": (1.0, -1.0, 0.5)}
-    surface = surfaces.Surface("grid", values_of_it, surfaces.KINDS["grid"])
+    parameters = {"file": str(tmp_path / "phi.npy"), "spacing": h, "origin": (1.0, -1.0, 0.5)}
+    surface = surfaces.Surface("grid", parameters, surfaces.KINDS["grid"])
     coefficients = ndimage.spline_filter(np.pad(values, PAD, mode="reflect", reflect_type="odd"), mode="mirror")
-    u = rng.uniform(-PAD - 5, 30, size=(200, 3))  # beyond the ends, too
+    u = rng.uniform(-PAD - 5, 30, size=(200, 3))  # also beyond the ends
     x = np.array([1.0, -1.0, 0.5]) + u * h
-    whole = ndimage.map_coordinates(coefficients, (u + PAD).T, order=3, mode="mirror", prefilter=False)
-    np.testing.assert_allclose(surface.phi(x), whole, rtol=0, atol=1e-12 * np.abs(whole).max())
+    expected = ndimage.map_coordinates(coefficients, (u + PAD).T, order=3, mode="mirror", prefilter=False)
+    np.testing.assert_allclose(surface.phi(x), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
     u = rng.uniform(0, 7, size=(200, 3))
     x = np.array([1.0, -1.0, 0.5]) + u * h
@@ -117,8 +117,8 @@ def test_filaments_move_as_on_the_built_in_sphere_to_second_order(tmp_path, devi
 
 
 @pytest.mark.parametrize("dtype", [bool, np.uint8, np.int32])
-def test_a_segmented_stack_gives_a_smooth_surface_where_its_cells_end(dtype, tmp_path):
-    """To a fifth of a voxel; the curvature of voxels is a guess, better for more of them to a radius."""
+def test_a_segmented_stack_gives_a_smooth_surface_at_its_boundary(dtype, tmp_path):
+    """To a fifth of a voxel; the curvature is approximate and improves with the number of voxels per radius."""
     x, h = nodes(61)
     surface = from_array(tmp_path, ((distance(x) < 0) * 3).astype(dtype), h)
     assert surface.closed
@@ -144,7 +144,7 @@ def test_spacing_origin_and_axes_are_those_of_the_array(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["ply", "stl", "obj"])
 def test_a_closed_mesh_gives_its_surface(suffix, tmp_path):
-    """Of a ball in triangles that reach 3e-3 below the sphere, smoothed; facing in or out."""
+    """A triangulated ball, up to 3e-3 below the sphere, smoothed; triangles facing inwards or outwards."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     if suffix == "stl":
         ball.invert()
@@ -159,7 +159,7 @@ def test_a_closed_mesh_gives_its_surface(suffix, tmp_path):
 
 
 def test_the_red_blood_cell_has_the_shape_of_its_formula():
-    """Within a fifth of a grid spacing of Evans and Fung's profile."""
+    """The profile of Evans and Fung, within a fifth of a grid spacing."""
     scene = Scene.load(SCENES / "real_shape.toml")
     assert Scene.parse(scene.to_toml()) == scene
     surface = surfaces.make(scene.surface.kind, scene.surface.parameters)
@@ -219,7 +219,7 @@ def files(tmp_path_factory) -> dict[str, Path]:
 
 
 @pytest.mark.parametrize(("name", "changes", "words"), WRONG)
-def test_a_file_that_gives_no_membrane_is_refused_by_what_is_wrong(name, changes, words, files):
+def test_a_file_that_defines_no_membrane_is_refused_with_the_reason(name, changes, words, files):
     values = {"file": str(files.get(name, Path("absent") / name)), "spacing": 0.1} | changes
     with pytest.raises(SceneError) as caught:
         surfaces.make("grid", {key: value for key, value in values.items() if value is not None})

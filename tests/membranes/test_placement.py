@@ -1,6 +1,6 @@
-"""Placement: uniform in area by Kolmogorov-Smirnov tests, isotropic in angle, without overlap.
+"""Placement: uniform in area (Kolmogorov–Smirnov tests), isotropic in angle, without overlap.
 
-Seeds are fixed: a p-value below 1e-3 is a change of the distribution, not bad luck.
+Seeds are fixed, so that a p-value below 1e-3 means a change of the distribution and not chance.
 """
 
 import numpy as np
@@ -58,7 +58,7 @@ def azimuth(x: np.ndarray) -> np.ndarray:
     return np.arctan2(x[:, 1], x[:, 0])
 
 
-def test_every_row_has_a_case():
+def test_every_kind_of_surface_has_a_case():
     assert CASES.keys() == surfaces.SURFACES.keys()
 
 
@@ -79,13 +79,13 @@ def test_uniform_on_the_plane():
 
 
 def test_uniform_on_the_sphere():
-    """Archimedes: every coordinate is uniform."""
+    """Every coordinate is uniform (Archimedes)."""
     x = scattered("sphere") / 1.3
     assert all(likely((x[:, axis] + 1) / 2, "uniform") for axis in range(3))
 
 
 def test_uniform_on_the_torus():
-    """Density R + r cos θ round the tube."""
+    """Density R + r cos θ around the tube."""
     x = scattered("torus")
     theta = np.arctan2(x[:, 2], np.hypot(x[:, 0], x[:, 1]) - 1.0) % (2 * np.pi)
     assert likely(theta, lambda t: (t + 0.6 * np.sin(t)) / (2 * np.pi))
@@ -101,7 +101,7 @@ def test_uniform_on_surfaces_of_revolution(kind):
     assert uniform_angle(azimuth(x))
 
 
-def test_octants_of_the_undulated_sphere_and_the_ellipsoid_hold_the_same():
+def test_octants_of_the_undulated_sphere_and_the_ellipsoid_are_equally_likely():
     for kind in ("undulated", "ellipsoid"):
         octant = (scattered(kind) > 0) @ np.array([1, 2, 4])
         counts = np.bincount(octant, minlength=8)
@@ -115,12 +115,12 @@ def test_directions_are_tangent_and_isotropic(kind):
     n = surface(kind).normal(x)
     np.testing.assert_allclose(np.linalg.norm(q, axis=-1), 1, rtol=0, atol=1e-15)
     np.testing.assert_allclose(np.sum(q * n, axis=-1), 0, rtol=0, atol=1e-15)
-    round_z = np.stack([-np.sin(azimuth(x)), np.cos(azimuth(x)), np.zeros(COUNT)], axis=-1)
-    upwards = np.cross(n, round_z)
-    assert uniform_angle(np.arctan2(np.sum(q * upwards, axis=-1), np.sum(q * round_z, axis=-1)))
+    around_z = np.stack([-np.sin(azimuth(x)), np.cos(azimuth(x)), np.zeros(COUNT)], axis=-1)
+    upwards = np.cross(n, around_z)
+    assert uniform_angle(np.arctan2(np.sum(q * upwards, axis=-1), np.sum(q * around_z, axis=-1)))
 
 
-def test_a_surface_that_misses_its_box_is_named(monkeypatch):
+def test_a_surface_outside_its_box_is_refused(monkeypatch):
     row = surfaces.SURFACES["sphere"]
     small = surfaces.SurfaceKind(row.field, row.parameters, lambda v: (0.1,) * 3)
     monkeypatch.setitem(surfaces.SURFACES, "sphere", small)
@@ -129,18 +129,18 @@ def test_a_surface_that_misses_its_box_is_named(monkeypatch):
 
 
 class Straight:
-    """Lays filaments out as straight tangents of 9 nodes, and remembers how many it was asked for."""
+    """Straight filaments of 9 nodes along tangents; counts how many were requested."""
 
     def __init__(self, length: float = 0.5):
-        self.s, self.asked = np.linspace(-length / 2, length / 2, 9), 0
+        self.s, self.requested = np.linspace(-length / 2, length / 2, 9), 0
 
     def __call__(self, r: np.ndarray, q: np.ndarray) -> np.ndarray:
-        self.asked += len(r)
+        self.requested += len(r)
         return r[:, None] + self.s[:, None] * q[:, None]
 
 
 def on_a_sphere(count: int, clearance: float, others: np.ndarray, lines: Straight):
-    """Filaments on a sphere, uniform and isotropic, that keep clear."""
+    """Filaments on a sphere, uniform and isotropic, with a clearance."""
     sphere, rng = surface("sphere"), np.random.default_rng(6)
 
     def draw(rods: np.ndarray):
@@ -151,10 +151,10 @@ def on_a_sphere(count: int, clearance: float, others: np.ndarray, lines: Straigh
     return without_overlap(count, draw, clearance, Space(others, np.zeros(3)))
 
 
-def test_filaments_keep_clear_of_each_other_and_of_others():
+def test_filaments_keep_their_clearance_from_each_other_and_from_others():
     lines, others = Straight(), scattered("sphere", count=40).reshape(8, 5, 3)
     (r, q), redrawn, _ = on_a_sphere(40, 0.15, others, lines)
-    assert redrawn > 0 and lines.asked == 40 + redrawn
+    assert redrawn > 0 and lines.requested == 40 + redrawn
     assert r.shape == q.shape == (40, 3)
     placed = lines(r, q)
     for i, line in enumerate(placed):
@@ -162,12 +162,12 @@ def test_filaments_keep_clear_of_each_other_and_of_others():
         assert cdist(line, rest).min() >= 0.15
 
 
-def test_no_redraw_is_counted_where_there_is_room():
+def test_nothing_is_redrawn_where_there_is_room():
     (r, _), redrawn, _ = on_a_sphere(2, 1e-9, np.empty((0, 3)), Straight())
     assert len(r) == 2 and redrawn == 0
 
 
-def test_a_crowd_that_does_not_fit_is_refused_with_how_many_do(monkeypatch):
+def test_too_many_filaments_are_refused_with_the_number_that_fits(monkeypatch):
     monkeypatch.setattr(overlap, "MOST_ROUNDS", 3)
     lines = Straight()
     with pytest.raises(SceneError) as caught:
@@ -175,4 +175,4 @@ def test_a_crowd_that_does_not_fit_is_refused_with_how_many_do(monkeypatch):
     message = str(caught.value)
     fitted = int(message.split("only ")[1].split()[0])
     assert "count = 60" in message and 0 < fitted < 60
-    assert f"after {lines.asked - fitted} draws" in message and "1.2 apart" in message
+    assert f"after {lines.requested - fitted} draws" in message and "1.2 apart" in message

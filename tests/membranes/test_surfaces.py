@@ -1,4 +1,4 @@
-"""Every surface of the table against symbolic differentiation, its geometry against closed forms, its faults."""
+"""Every surface of the table: derivatives against symbolic ones, geometry against closed forms, faults."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ CASES = {
         R2 - 1 + 0.16 * (sp.cos(5 * X) + sp.cos(5 * Y) + sp.cos(5 * Z)),
     ),
 }
-"""Kind: values, and φ as the scene schema and the field's docstring state it, with the numbers in."""
+"""Kind: values, and φ with these values as documented for the scene and the field."""
 
 INSIDE = {"plane": (0, 0, -1), "torus": (1.1, 0, 0)}
 """A point inside, where it is not the origin."""
@@ -44,7 +44,7 @@ def made(kind: str) -> surfaces.Surface:
 
 
 def points_on(surface: surfaces.Surface, count: int = 200) -> np.ndarray:
-    """Points [count, 3] on the surface inside its box, not uniform."""
+    """Points [count, 3] on the surface inside its box, not uniformly distributed."""
     low, high = surface.box
     x = np.random.default_rng(4).uniform(0.8 * low, 0.8 * high, size=(4 * count, 3))
     x = surface.project(x)
@@ -56,7 +56,7 @@ def unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def test_every_row_has_a_case():
+def test_every_kind_of_surface_has_a_case():
     assert CASES.keys() == surfaces.SURFACES.keys()
 
 
@@ -80,7 +80,7 @@ def test_outward_is_where_phi_is_positive(kind):
 
 
 @pytest.mark.parametrize("kind", [kind for kind, row in surfaces.SURFACES.items() if row.closed])
-def test_box_holds_a_closed_surface_closely(kind):
+def test_box_contains_a_closed_surface_and_is_not_much_larger(kind):
     surface = made(kind)
     low, high = surface.box
     face = np.stack(np.meshgrid(*[np.linspace(-1, 1, 101)] * 2), axis=-1).reshape(-1, 2)
@@ -133,7 +133,7 @@ def test_normal_frame_and_curvatures_agree_with_the_shape_operator(kind, device)
     np.testing.assert_allclose(gauss, surface.gaussian_curvature(x), rtol=0, atol=1e-12 * scale**2)
 
 
-def test_projection_takes_one_newton_step_to_second_order():
+def test_one_newton_step_projects_to_second_order():
     surface = made("torus")
     x = points_on(surface)
     error = [np.abs(surface.phi(surface.project(x + h * surface.normal(x), 1))).max() for h in (1e-2, 1e-3)]
@@ -176,7 +176,7 @@ def test_gaussian_curvature_against_closed_forms(kind):
 
 
 def test_an_outward_normal_makes_the_curvature_of_a_sphere_negative():
-    """K = −∇n: K11 = −1/R, so that the strain Ω[1] = −K11 prefers convex membrane (model §3)."""
+    """K = −∇n: K11 = −1/R, so that σ2 > 0, with Ω[1] = −K11, prefers convex membrane (docs/model.md §1.3)."""
     t1, t2, second = made("sphere").second_form(points_on(made("sphere")))
     np.testing.assert_allclose(second, np.broadcast_to(-np.eye(2) / 1.3, second.shape), atol=1e-12)
     np.testing.assert_allclose(np.sum(t1 * t2, axis=-1), 0, atol=1e-15)
@@ -202,7 +202,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("kind", "values", "words"), FAULTS)
-def test_impossible_surfaces_are_refused_by_name(kind, values, words):
+def test_impossible_surfaces_are_refused_with_the_faulty_values(kind, values, words):
     with pytest.raises(SceneError) as caught:
         surfaces.make(kind, values)
     for word in words:
@@ -211,7 +211,7 @@ def test_impossible_surfaces_are_refused_by_name(kind, values, words):
 
 @wp.func
 def hyperboloid(x: wp.vec3d, p: geometry.Parameters):
-    """φ = ((x² + y²)/a² − z²/c² − 1)/2, of one sheet."""
+    """φ = ((x² + y²)/a² − z²/c² − 1)/2, a hyperboloid of one sheet."""
     w = wp.vec3d(real(1.0) / (p.v[0] * p.v[0]), real(1.0) / (p.v[0] * p.v[0]), real(-1.0) / (p.v[1] * p.v[1]))
     g = wp.cw_mul(w, x)
     return real(0.5) * (wp.dot(g, x) - real(1.0)), g, wp.diag(w)

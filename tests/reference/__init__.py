@@ -1,1 +1,1 @@
-"""Exact answers and NumPy twins that the tests compare with."""
+"""Exact solutions and independent NumPy versions for comparison in tests."""

@@ -1,4 +1,4 @@
-"""Banded systems in NumPy and SciPy: built, solved by LAPACK, and judged by their backward error."""
+"""Banded systems in NumPy and SciPy: construction, solution by LAPACK, backward error."""
 
 import numpy as np
 from scipy.linalg import solve_banded
@@ -40,9 +40,9 @@ def lapack(coefficients: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def backward_error(coefficients: np.ndarray, x: np.ndarray, right: np.ndarray) -> float:
-    """The largest of |A x − r| / (|A| |x| + |r|), row by row: how far, relatively, the solved system was off.
+    """The largest component of |A x − r| / (|A| |x| + |r|), the componentwise relative backward error.
 
-    Rescaling rows does not change it (Oettli and Prager).
+    Independent of the scaling of rows (Oettli and Prager).
     """
     bound = multiply(abs(coefficients), abs(x)) + abs(right)
     return float((abs(multiply(coefficients, x) - right) / bound).max())
@@ -56,7 +56,7 @@ def biharmonic(rods: int, nodes: int, strength: float) -> np.ndarray:
 
 
 def dominant(rng: np.random.Generator, bands: int, rods: int, nodes: int) -> np.ndarray:
-    """Random coefficients [band, rod, node] with a diagonal larger than the rest of its row together."""
+    """Random, diagonally dominant coefficients [band, rod, node]."""
     coefficients = rng.normal(size=(bands, rods, nodes))
     middle = bands // 2
     rest = abs(coefficients).sum(axis=0) - abs(coefficients[middle])

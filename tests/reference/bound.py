@@ -1,6 +1,6 @@
-"""A NumPy twin of one surface-bound filament (model §3; thesis 5.24-5.42, D.2-D.4): slow, plain, from the equations.
+"""One surface-bound filament in NumPy, written directly from the equations (docs/model.md §3; 5.24–5.42, D.2–D.4).
 
-One rod at a time, arrays [node] or [node, 3]; u1 of ``along`` lives at half nodes. Frame (q, n×q, n).
+One rod at a time, arrays [node] or [node, 3]; u1 in ``along`` is at half nodes. Frame (q, n×q, n).
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from reference.symbolic_surface import SymbolicSurface
 
 @dataclass
 class Rod:
-    """What does not change: surface, Δs, B, σ, ζ."""
+    """Constant parameters: surface, Δs, B, σ, ζ."""
 
     surface: SymbolicSurface
     spacing: float
@@ -34,7 +34,7 @@ class State:
 
 @dataclass
 class Motion:
-    """What the balance of forces gives for one state; see ``evaluate``."""
+    """The result of the force balance for one state; see ``evaluate``."""
 
     curvature: np.ndarray
     moment: np.ndarray
@@ -46,7 +46,7 @@ class Motion:
     rate: np.ndarray
 
 
-# --- formulas at one point of a filament, for the discrete and the continuous alike ------------------------------
+# --- formulas at one point of a filament, discrete or continuous ------------------------------
 
 
 def strain(K, geodesic):
@@ -55,7 +55,7 @@ def strain(K, geodesic):
 
 
 def shear(K, m):
-    """K11 m1 + K12 m2, what (5.42) takes the slope of."""
+    """K11 m1 + K12 m2, whose slope enters (5.42)."""
     return K[..., 0] * m[..., 0] + K[..., 1] * m[..., 1]
 
 
@@ -96,12 +96,12 @@ def internal_force(turns, m, dm, tension):
 
 
 def slope(f, h):
-    """f' at nodes: central, three points at the ends."""
+    """f' at nodes: central differences, three points at the ends."""
     return np.gradient(f, h, axis=0, edge_order=2)
 
 
 def with_end_slopes(f, first, last, h):
-    """f'' at nodes from ghost nodes that give f' its known values at the ends."""
+    """f'' at nodes, with ghost nodes such that f' has its known values at the ends."""
     padded = np.concatenate([[f[1] - 2 * h * first], f, [f[-2] + 2 * h * last]])
     return np.diff(padded, 2) / h**2
 
@@ -112,7 +112,7 @@ def middle(f):
 
 
 def body(state, vectors):
-    """Vectors in space [node, 3] in the frame."""
+    """Components of vectors [node, 3] in the frame."""
     return np.einsum("nij,ni->nj", state.rotation, vectors)
 
 
@@ -122,7 +122,7 @@ def resistance(K, drag):
 
 
 def at_nodes(geodesic, h):
-    """Matrices that take u1 at half nodes and u2 at nodes to u1 at nodes; u1' = Ω u2 over half a step at an end."""
+    """Matrices from u1 at half nodes and u2 at nodes to u1 at nodes; u1' = Ω u2 over half a spacing at an end."""
     nodes = len(geodesic)
     average = diags_array([0.5, 0.5], offsets=[-1, 0], shape=(nodes, nodes - 1)).tolil()
     average[0, 0] = average[-1, -1] = 1.0
@@ -134,7 +134,7 @@ def at_nodes(geodesic, h):
 def balance(rod, K, geodesic, Y1, Y2, end_tensions):
     """λ, u1 and u2 from the two balances and u1' = Ω u2 as one sparse system.
 
-    Unknowns: λ at nodes, u1 at half nodes, u2 at half nodes (as the first balance sees it), u2 at nodes.
+    Unknowns: λ at nodes, u1 at half nodes, u2 at half nodes (for the first balance), u2 at nodes.
     """
     nodes, h = len(geodesic), rod.spacing
     turn = diags_array(geodesic)
@@ -184,7 +184,7 @@ def evaluate(rod, state, force):
 
 
 def implicit_matrix(rod, K, dt, ratio):
-    """c − Δt L, L = −∂²(B3/Z22)∂² of increments that vanish with their slope at the ends."""
+    """c − Δt L with L = −∂²(B3/Z22)∂², for increments that are zero with their slope at the ends."""
     nodes = len(K)
     second = diags_array([1.0, -2.0, 1.0], offsets=[-1, 0, 1], shape=(nodes, nodes)).tolil()
     second[0, 1] = second[-1, -2] = 2.0
@@ -213,7 +213,7 @@ def dissipation(rod, motion):
 
 
 def membrane_load(rod, state, motion, force):
-    """ν e3 + χ Rᵀ∇nR e2 of (5.31), (5.32), in space [node, 3]: what the filament does to its membrane."""
+    """ν e3 + χ Rᵀ∇nR e2 of (5.31), (5.32), in space [node, 3]: the load of the filament on the membrane."""
     h, K, m = rod.spacing, motion.curvature, motion.moment
     turns, dm = strain(K, state.geodesic), slope(m, h)
     chi = (dm + np.cross(turns, m))[:, 0] - rod.drag[2] * motion.spin[:, 0]

@@ -1,4 +1,4 @@
-"""A NumPy twin of a surface-bound filament's step in time and its rebuilding (model §3; thesis D.5)."""
+"""The time step of a surface-bound filament and the reconstruction of its frames in NumPy (docs/model.md §3; D.5)."""
 
 import numpy as np
 from scipy.sparse.linalg import spsolve
@@ -7,7 +7,7 @@ from reference.bound import State, implicit_matrix, strain
 from reference.lie import hat
 
 SWEEPS = 2
-"""Fixed-point sweeps of (D.81), (D.82) that a step makes a cell."""
+"""Fixed-point sweeps of (D.81), (D.82) in each cell."""
 
 
 def exp_step(R, r, theta, mu):
@@ -20,7 +20,7 @@ def exp_step(R, r, theta, mu):
 
 
 def next_node(rod, before, after, R, r, K, guess, ds, sweeps):
-    """The neighbour at ds by the fixed point of (D.81), (D.82), put on the surface with its chord's length kept."""
+    """The neighbour at ds from the fixed point of (D.81), (D.82), projected at constant length of the chord."""
     e0, surface = np.array([1.0, 0.0, 0.0]), rod.surface
     for _ in range(sweeps):
         mean = (strain(K, before) + strain(guess, after)) / 2
@@ -37,12 +37,12 @@ def rebuild(rod, geodesic, node, R, r, sweeps=SWEEPS):
     state = State(geodesic, np.empty((nodes, 3, 3)), np.empty((nodes, 3)))
     state.rotation[node], state.position[node] = R, r
     start = rod.surface.curvature(r, R[:, 0])
-    for way, stop in ((-1, -1), (1, nodes)):
+    for sign, stop in ((-1, -1), (1, nodes)):
         K = guess = start
-        for j in range(node + way, stop, way):
-            i = j - way
+        for j in range(node + sign, stop, sign):
+            i = j - sign
             Q, x = state.rotation[i], state.position[i]
-            Q, x = next_node(rod, geodesic[i], geodesic[j], Q, x, K, guess, way * rod.spacing, sweeps)
+            Q, x = next_node(rod, geodesic[i], geodesic[j], Q, x, K, guess, sign * rod.spacing, sweeps)
             state.rotation[j], state.position[j] = Q, x
             before, K = K, rod.surface.curvature(x, Q[:, 0])
             guess = 2 * K - before
@@ -50,7 +50,7 @@ def rebuild(rod, geodesic, node, R, r, sweeps=SWEEPS):
 
 
 def step(rod, state, motion, old_state, old_motion, dt, ratio):
-    """One step of SBDF2 in increments and of AB2-Magnus; ratio = Δt over the one before, 0 for Euler."""
+    """One step of SBDF2 in increments and of AB2–Magnus; ratio: Δt over the previous one, 0 for Euler."""
     m = len(state.geodesic) // 2
     change = state.geodesic - old_state.geodesic
     right = dt * ((1 + ratio) * motion.rate - ratio * old_motion.rate) - ratio * change

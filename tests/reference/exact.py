@@ -1,4 +1,4 @@
-"""Closed-form answers, and the reference numbers of the model that have none, in one place for every test."""
+"""Exact solutions, and reference numbers where there is no closed form, for all tests."""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -9,7 +9,7 @@ AIRY_STIFFNESSES = np.array(
         *(5.44780e-4, 4.00084e-4, 3.15892e-4, 2.49965e-4, 2.06206e-4),
     ]
 )
-"""Roots of (4.45) and (4.47) in turn, to six digits."""
+"""Roots of (4.45) and (4.47), alternating, to six digits."""
 
 CRITICAL_BEND_TANH = 1.06153e-2
 """First critical stiffness of the linear operator with f = −tanh 10s."""
@@ -18,16 +18,16 @@ CRITICAL_BEND_BEAM_MODE = 1.0154e-2
 """Stiffness at which beam mode 0 neither grows nor decays under f = −tanh 10s."""
 
 STEADY_U = {5e-3: (3.022, 0.4885), 1e-3: (3.936, 0.6406)}
-"""Bend β⊥: (a₀, |U|) of the steady U-swimmer, extrapolated in the grid spacing."""
+"""β⊥ → (a₀, |U|) of the steady U-swimmer, extrapolated in the grid spacing."""
 
 SADDLE_NODE = 8.876e-3
-"""Bend β⊥ at which the U branch ends."""
+"""β⊥ at which the U branch ends."""
 
 HOPF = 1.456e-4
-"""Bend β⊥ at which U gives way to waving."""
+"""β⊥ at which the U becomes unstable to waving."""
 
 BRIDGE_BUCKLING_LENGTH = 0.849
-"""Length at which a filament clamped on the neck's hoop of ρ = 0.4 + 0.6(1 − exp −z²) loses stability.
+"""Length at which a filament clamped along the waist of ρ = 0.4 + 0.6(1 − exp −z²) becomes unstable.
 
 B = (1, 1, 0.1), σ = (0, 1, 0)."""
 
@@ -79,7 +79,7 @@ def sphere_decay_rates(
 
 
 def cylinder_energy(angle, stiffness, intrinsic, radius: float) -> np.ndarray:
-    """Energy per length of a straight (geodesic) filament at ``angle`` α from the hoop of a cylinder.
+    """Energy per length of a geodesic filament at ``angle`` α from the circumference of a cylinder.
 
     ½B1(sin 2α/2R − σ1)² + ½B2(cos² α/R − σ2)²; ``stiffness``, ``intrinsic``: (twist, normal bending, …).
     """
@@ -91,7 +91,7 @@ def cylinder_energy(angle, stiffness, intrinsic, radius: float) -> np.ndarray:
 def cylinder_angles(stiffness, intrinsic, radius: float) -> np.ndarray:
     """Angles α in (−π/2, π/2] of the local minima of ``cylinder_energy``, the lowest first.
 
-    dE/dα is a quartic in exp(2iα), solved for all its roots. Two-fold degenerate at σ1 = 0 where B2 > B1.
+    dE/dα = 0 is a quartic in exp(2iα). Two-fold degenerate at σ1 = 0 where B2 > B1.
     """
     B1, B2 = stiffness[:2]
     σ1, σ2 = intrinsic[:2]
@@ -113,13 +113,13 @@ def cylinder_angles(stiffness, intrinsic, radius: float) -> np.ndarray:
 
 
 def hoop_buckling_length(neck: float, bend: float, stiffness, normal_curvature: float) -> float:
-    """Length at which a filament clamped on the hoop of a neck ρ(z) = neck + ½ bend z² + … loses stability.
+    """Length at which a filament clamped along the waist of a neck ρ(z) = neck + ½ bend z² + … becomes unstable.
 
-    w(s) is the distance from the hoop, w' the angle to it: to second order K12 = c w', Ω = w'' + 𝒦w and
+    w(s) is the distance from the waist, w' the angle to it: to second order K12 = c w', Ω = w'' + 𝒦w and
     −K11 = 1/ρ − ½a w² − c w'², with c = ρ'' + 1/ρ, 𝒦 = −ρ''/ρ, a = ρ''/ρ² + ρ''²/ρ. With B = ``stiffness`` and
     σ = (0, ``normal_curvature``, 0) the energy is ½∫ B3 (w'' + 𝒦w)² + P w'² − Q w² ds, P = B1 c² − 2tc, Q = ta,
-    t = B2(1/ρ − σ2). Solved are its Euler-Lagrange equation with w = w' = 0 at the clamp, Ω = 0 and P w' = B3 Ω' at
-    the tip; the smallest root of that determinant. Q > 𝒦²B3, so that one wavenumber is real and one imaginary.
+    t = B2(1/ρ − σ2). The length is the smallest root of the determinant of its Euler–Lagrange equation with w = w' = 0
+    at the clamp, Ω = 0 and P w' = B3 Ω' at the tip. For Q > 𝒦²B3 one wavenumber is real and one imaginary.
     """
     c, K, a = bend + 1 / neck, -bend / neck, bend / neck**2 + bend**2 / neck
     t = stiffness[1] * (1 / neck - normal_curvature)

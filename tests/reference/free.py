@@ -1,7 +1,7 @@
-"""NumPy/SciPy twins of the free rod: the staggered Bishop-frame scheme, plainly written, batch by batch.
+"""The staggered Bishop-frame scheme of free rods in NumPy and SciPy (docs/model.md §2).
 
-Bending is complex, ``k = Ω[1] + i Ω[2]`` in the twist-free frame, arrays are ``[rod, node]``; an array at
-half nodes has one entry fewer. Equations: model.md §2.
+Bending is complex, ``k = Ω[1] + i Ω[2]`` in the twist-free frame. Arrays are ``[rod, node]``; an array at half nodes
+has one entry fewer.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from scipy.linalg import solve_banded
 
 @dataclass
 class Parameters:
-    """One number a rod (or one for all), dimensionless, with the names of the ensemble."""
+    """One number per rod (or one for all), dimensionless, with the names of the ensemble."""
 
     bend: float = 5e-3
     twist: float = 1e-3
@@ -25,7 +25,7 @@ class Parameters:
 
 @dataclass
 class Shape:
-    """The strains and the flagellar field: all that the shape equations evolve."""
+    """The strains and the flagellar field: the unknowns of the shape equations."""
 
     bending: np.ndarray
     twist: np.ndarray
@@ -49,12 +49,12 @@ def slope(x, h):
 
 
 def odd_slope(x, h):
-    """From half nodes to all nodes, x extended oddly beyond the ends."""
+    """From half nodes to all nodes, with x odd beyond the ends."""
     return slope(np.concatenate([-x[:, :1], x, -x[:, -1:]], axis=1), h)
 
 
 def even_mean(x):
-    """From half nodes to all nodes, x extended evenly beyond the ends."""
+    """From half nodes to all nodes, with x even beyond the ends."""
     return middle(np.concatenate([x[:, :1], x, x[:, -1:]], axis=1))
 
 
@@ -64,7 +64,7 @@ def pinned(interior):
 
 
 def solve_rows(bands, right):
-    """Each rod's banded system; ``bands[offset]`` is ``[rod, row]``, the entry at column row + offset."""
+    """Solve the banded system of each rod; ``bands[offset]`` is ``[rod, row]``, the entry at column row + offset."""
     reach = max(bands)
     result = np.empty_like(right)
     for rod in range(len(right)):
@@ -79,7 +79,7 @@ def solve_rows(bands, right):
 
 @dataclass
 class Rates:
-    """What the balance of forces and moments gives for one shape; see ``evaluate``."""
+    """The result of the balance of forces and moments for one shape; see ``evaluate``."""
 
     tension: np.ndarray  # nodes
     axial: np.ndarray  # u0, half nodes
@@ -124,8 +124,8 @@ def axial_velocity(shape, tension, p, h, force):
     return slope(tension, h) + p.bend / 2 * slope(np.abs(shape.bending) ** 2, h) + middle(shape.activity + force[0])
 
 
-def winding(bending, spin):
-    """Im(k̄ ω⊥) at half nodes: the rate at which bending motion makes twist."""
+def twist_from_bending(bending, spin):
+    """Im(k̄ ω⊥) at half nodes: the rate of twist due to the motion of the bent rod."""
     return (middle(bending).conj() * spin).imag
 
 
@@ -143,8 +143,8 @@ def evaluate(shape, p, h, force=(0.0, 0.0)):
     axial = axial_velocity(shape, tension, p, h, force)
     transverse = transverse_velocity(k, shape.twist, tension, p, h, force)
     spin = spin_of(transverse, axial, k, h)
-    wound = winding(k, spin)
-    bishop_spin = -from_midpoint(wound, h)
+    converted = twist_from_bending(k, spin)
+    bishop_spin = -from_midpoint(converted, h)
     roll = (p.twist * slope(shape.twist, h) + p.moment * middle(shape.activity)) / p.rotational_drag
     f = shape.activity
     spread = p.diffusion * odd_slope(slope(f, h), h)
@@ -156,7 +156,7 @@ def evaluate(shape, p, h, force=(0.0, 0.0)):
         bishop_spin,
         roll,
         bending=pinned(slope(spin, h)) - 1j * bishop_spin * k,
-        twist=pinned(slope(roll, h) + middle(wound)),
+        twist=pinned(slope(roll, h) + middle(converted)),
         activity=((1 - f**2) * even_mean(axial) + spread) / p.relaxation,
     )
 
@@ -179,7 +179,7 @@ def bending_matrix(tension, axial, p, h, rate):
 
 
 def step(shape, previous, p, h, dt, ratio=1.0, force=(0.0, 0.0)):
-    """One step of SBDF2 in delta form; ratio = this step over the one before, 0 for IMEX Euler."""
+    """One step of SBDF2 in increments; ratio: this step over the previous one, 0 for IMEX Euler."""
     force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
     rate = (1 + 2 * ratio) / ((1 + ratio) * dt)
     star = shape.combined(1 + ratio, previous, -ratio)
@@ -204,8 +204,8 @@ def step(shape, previous, p, h, dt, ratio=1.0, force=(0.0, 0.0)):
     )
 
     transverse = transverse_velocity(bending, star.twist, now.tension, p, h, force)
-    wound = winding(bending, spin_of(transverse, now.axial, bending, h))
-    drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(wound)
+    converted = twist_from_bending(bending, spin_of(transverse, now.axial, bending, h))
+    drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(converted)
     soft = np.full_like(drive, p.twist / p.rotational_drag / h**2)
     twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, past.twist[:, 1:-1] + drive))
     return Shape(bending, twist, activity), now
@@ -234,7 +234,7 @@ def dissipation(rates, p, h):
 
 
 def power(shape, rates, p, h, force=(0.0, 0.0)):
-    """∫ f u0 + M f ω0 + f_ext·u ds: what the flagella and the external force put in."""
+    """∫ f u0 + M f ω0 + f_ext·u ds: the power of the flagella and the external force."""
     force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
     pushed = (middle(shape.activity + force[0]) * rates.axial).sum(axis=1)
     turned = (p.moment * middle(shape.activity) * rates.roll).sum(axis=1)

@@ -1,4 +1,4 @@
-"""NumPy, SciPy and mpmath twins of the kernels: slow, plain, and written from the equations."""
+"""Group functions in NumPy, SciPy and mpmath, written directly from the equations."""
 
 import mpmath
 import numpy as np
@@ -62,7 +62,7 @@ def rotation_exp(theta: np.ndarray) -> np.ndarray:
 
 
 def coefficients(angle: float) -> np.ndarray:
-    """A, B, C of (B.15), (B.16) and the one of (B.20) with 100 digits (1 - A cancels half), rounded once."""
+    """A, B, C of (B.15), (B.16) and the one of (B.20) with 100 digits (1 − A loses half of them), rounded once."""
     with mpmath.workdps(100):
         t = mpmath.mpf(float(angle))
         a, b = mpmath.sin(t) / t, (1 - mpmath.cos(t)) / t**2

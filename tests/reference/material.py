@@ -1,7 +1,7 @@
-"""The active rod again, another way: material frame, Galerkin in polynomials, adaptive implicit time stepping.
+"""An independent solver for the active rod: material frame, polynomial Galerkin method, adaptive implicit time steps.
 
-Shares no equation with the ensemble's scheme but those of motion: twist terms in full (4.19)–(4.24), nothing
-staggered, boundary conditions in the basis, and the midpoint's frame as a matrix differential equation.
+It shares only the equations of motion with the scheme of the ensemble: twist terms as in (4.19)–(4.24), no staggered
+grid, boundary conditions in the basis, and a matrix differential equation for the frame of the midpoint.
 """
 
 import numpy as np
@@ -27,12 +27,12 @@ class Basis:
         return np.array([chebyshev.chebval(x, chebyshev.chebder(row, order)) for row in self.rows]).T * 2.0**order
 
     def weak(self, order):
-        """[function, point]: what turns values g into ∫ v^(order) g ds for every function v."""
+        """[function, point]: the matrix from values g to ∫ v^(order) g ds for every function v."""
         return self.derivative[order].T * self.weights
 
 
 class MaterialRod:
-    """One rod with ``size`` functions a field; ``p`` has the parameters' names of ``reference.free``."""
+    """One rod with ``size`` functions per field; ``p``: parameters with the names of ``reference.free``."""
 
     def __init__(self, p, size: int):
         self.p, self.size = p, size
@@ -45,7 +45,7 @@ class MaterialRod:
         self.pinned, self.flat = Basis(pinned, x, weights), Basis(list(flat), x, weights)
 
     def rate(self, _t, state):
-        """d/dt of the coefficients of (Re k, Im k, τ, f), and of the midpoint's (R, r)."""
+        """d/dt of the coefficients of (Re k, Im k, τ, f), and of (R, r) of the midpoint."""
         p, n = self.p, self.size
         b, c, eta = p.bend, p.twist, p.drag_ratio
         k, k1, k2, k3 = (d @ (state[:n] + 1j * state[n : 2 * n]) for d in self.clamped.derivative)
@@ -85,7 +85,7 @@ class MaterialRod:
         return np.concatenate([k_t.real, k_t.imag, tau_t, f_t / p.relaxation, R_t.ravel(), R @ u])
 
     def run(self, start, end, s):
-        """k, τ, f at arc lengths ``s`` and the midpoint's R, r at time ``end``; R = 1, r = 0 and ``start`` before."""
+        """k, τ, f at arc lengths ``s`` and R, r of the midpoint at the time ``end``; R = 1, r = 0 at t = 0."""
         n, bases = self.size, (self.clamped, self.pinned, self.flat)
         k, tau, f = (basis.weak(0) @ values for basis, values in zip(bases, start(self.s), strict=True))
         state = np.concatenate([k.real, k.imag, tau, f, np.eye(3).ravel(), np.zeros(3)])

@@ -1,4 +1,4 @@
-"""Twin of the steric sums: regularised Yukawa repulsion over all pairs, in NumPy (model §3, "Steric"; D.6)."""
+"""Regularised Yukawa repulsion summed over all pairs in NumPy (docs/model.md §6.1; D.6)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +24,7 @@ class Rods:
 class Pairs:
     """All nodes of all ensembles in one list, and the potential between them: strength g0, range a, core ε.
 
-    period [3] of the box along each axis, 0 where there is none: of a pair the nearest images count.
+    period [3] of the box along each axis, 0 where there is none: pairs interact through nearest images.
     """
 
     ensembles: list[Rods]
@@ -53,18 +53,18 @@ class Pairs:
 
     @cached_property
     def allowed(self) -> np.ndarray:
-        """Which pairs interact, reach aside: all but those of one rod closer than max(2ε, 4Δs) along it."""
+        """Pairs that interact within reach: all but those of one rod closer than max(2ε, 4Δs) along it."""
         sizes = [e.position.shape[1] for e in self.ensembles for _ in e.length]
         rod = np.repeat(np.arange(len(sizes)), sizes)
         node = np.concatenate([np.arange(n) for n in sizes])
         spacing = np.repeat(np.concatenate([e.spacing for e in self.ensembles]), sizes)
         along = np.abs(node[:, None] - node) * spacing
-        # Pairs at the bound itself are in, whatever the rounding of node times spacing.
+        # Pairs exactly at the bound count, whatever the rounding of node times spacing.
         near = along < np.maximum(2 * self.core, 4 * spacing)[:, None] * (1 - 1e-9)
         return ~((rod[:, None] == rod) & near)
 
     def _separations(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """r_i − r_j, ρ and which pairs count; complex points are differentiated through."""
+        """r_i − r_j, ρ, and whether pairs count; points may be complex, for differentiation by complex steps."""
         d = points[:, None] - points
         for axis, period in enumerate(self.period):
             if period:
@@ -73,7 +73,7 @@ class Pairs:
         return d, np.sqrt(square + self.core**2), self.allowed & (square.real < (REACH * self.range) ** 2)
 
     def energies(self, points: np.ndarray | None = None) -> np.ndarray:
-        """Each node's half of its pairs' energy w_i w_j G."""
+        """Half of the energy w_i w_j G of the pairs of each node."""
         _, rho, counts = self._separations(self.points if points is None else points)
         end = np.hypot(REACH * self.range, self.core)
         G = self._yukawa(rho) - self._yukawa(end) + self._pull(end) * (rho - end)
@@ -84,7 +84,7 @@ class Pairs:
         return self.strength * np.exp(-rho / self.range) / (4 * np.pi * rho)
 
     def _pull(self, rho):
-        """−G'(ρ), which at the end of the reach is taken off everywhere: there forces and energies come to nothing."""
+        """−G'(ρ); its value at the end of the reach is subtracted, so that forces and energies are zero there."""
         return (1 / rho + 1 / self.range) * self._yukawa(rho)
 
     def forces(self) -> np.ndarray:
@@ -92,13 +92,13 @@ class Pairs:
         return self.force_of(self.points)
 
     def force_of(self, points: np.ndarray) -> np.ndarray:
-        """Force per length with the points [point, 3] where these are; complex ones are differentiated through."""
+        """Force per length for points at these positions [point, 3], which may be complex."""
         d, rho, counts = self._separations(points)
         push = (self._pull(rho) - self._pull(np.hypot(REACH * self.range, self.core))) / rho
         return np.einsum("ij,ijk,j->ik", np.where(counts, push, 0), d, self.weights)
 
     def mobility_jacobian(self, drag: np.ndarray) -> np.ndarray:
-        """∂(f_i/ζ_i)/∂r_j [3 point, 3 point] by complex steps: what nodes that move singly would do; 1/time."""
+        """∂(f_i/ζ_i)/∂r_j [3 point, 3 point] by complex steps, for nodes that move independently; 1/time."""
         step, size = 1e-30, self.points.size
         found = np.empty((size, size))
         for column in range(size):

@@ -1,4 +1,4 @@
-"""Twins of the surfaces: fields by symbolic differentiation, the shape operator by NumPy, areas by quadrature."""
+"""Surfaces for comparison: fields by symbolic differentiation, shape operator in NumPy, areas by quadrature."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ POINT = (X, Y, Z)
 
 
 def differentiated(phi: sp.Expr) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """φ, ∇φ and ∇∇φ at points [n, 3] of an expression in x, y, z."""
+    """A function for φ, ∇φ and ∇∇φ at points [n, 3], from an expression in x, y, z."""
     gradient = [sp.diff(phi, a) for a in POINT]
     parts = sp.lambdify(POINT, [phi, *gradient, *(sp.diff(g, a) for g in gradient for a in POINT)])
 
@@ -37,8 +37,8 @@ def curvatures(gradient: np.ndarray, hessian: np.ndarray, q: np.ndarray) -> np.n
 
 
 def area_below(z: np.ndarray, radius_squared: sp.Expr, low: float, high: float) -> np.ndarray:
-    """Share of the area of a surface of revolution ρ²(z), low < z < high, that lies below each z."""
-    slope = sp.diff(radius_squared, Z) / 2  # ρρ', which stays finite at a pole
+    """Fraction of the area of a surface of revolution ρ²(z), low < z < high, below each z."""
+    slope = sp.diff(radius_squared, Z) / 2  # ρρ', which is finite at a pole
     element = sp.lambdify(Z, sp.sqrt(sp.Max(radius_squared, 0) + slope**2))
     grid = np.linspace(low, high, 20001)
     area = np.broadcast_to(element(grid), grid.shape)

@@ -1,4 +1,4 @@
-"""Surfaces for the tests by symbolic differentiation: nothing shared with the package's own."""
+"""Surfaces by symbolic differentiation, independent of those of the package."""
 
 import numpy as np
 import sympy as sp
@@ -47,7 +47,7 @@ class SymbolicSurface:
         return x - (self.phi(x) / np.sum(g * g, -1))[..., None] * g
 
     def frame(self, x, q):
-        """(q, n×q, n) as columns [..., 3, 3], q first turned into the tangent plane (D.66)."""
+        """(q, n×q, n) as columns [..., 3, 3], with q projected into the tangent plane first (D.66)."""
         n = self.normal(x)
         q = q - np.sum(q * n, -1, keepdims=True) * n
         q = q / np.linalg.norm(q, axis=-1, keepdims=True)

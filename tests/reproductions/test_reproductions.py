@@ -1,4 +1,4 @@
-"""Every reproduction in its quick form, all in one go as CI runs it, against the numbers of ``reproduced.csv``."""
+"""Every reproduction in its quick form, all in one call as in CI, against the numbers of ``reproduced.csv``."""
 
 import csv
 from pathlib import Path
@@ -11,7 +11,7 @@ from warp_rods.reproductions.catalogue import REPRODUCTIONS
 
 with (Path(__file__).parent / "reproduced.csv").open(encoding="utf-8") as file:
     KNOWN = list(csv.DictReader(file))
-"""name, quantity, value, tolerance (absolute; empty: a text), and why that tolerance."""
+"""name, quantity, value, tolerance (absolute; empty for text), and the reason for that tolerance."""
 
 
 pytestmark = pytest.mark.long
@@ -24,13 +24,13 @@ def outcomes(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", REPRODUCTIONS)
-def test_it_runs_and_leaves_a_figure_and_data(outcomes, name):
+def test_each_writes_a_figure_and_data(outcomes, name):
     assert not outcomes[name].error
     assert all(path.exists() for path in outcomes[name].files)
 
 
 @pytest.mark.parametrize("known", KNOWN, ids=lambda known: f"{known['name']}: {known['quantity']}")
-def test_its_numbers_are_those_stored(outcomes, known):
+def test_numbers_agree_with_the_stored_ones(outcomes, known):
     found = {row.quantity: row.ours for row in outcomes[known["name"]].rows}
     ours = found[known["quantity"]]
     if not known["tolerance"]:

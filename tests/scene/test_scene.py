@@ -1,4 +1,4 @@
-"""Scenes: what is read, and that nothing is lost on the way to text, to bytes and back."""
+"""Scenes: reading, defaults, and conversion to text and bytes and back."""
 
 import pickle
 
@@ -14,7 +14,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import metres
 
 
-def test_the_scene_of_the_design_parses_as_printed():
+def test_a_scene_with_all_tables_is_read():
     scene = Scene.parse(DESIGN)
     assert (scene.seed, scene.time.step, scene.time.save_every) == (7, 1e-3, 0.01)
     assert scene.surface.parameters == {"a": 1.0, "b": 1.1}
@@ -39,7 +39,7 @@ def test_defaults_are_filled_in():
     assert "save_every = 0.02" in text and "wavenumber = 5.0" in text and "sharpness = 10.0" in text
 
 
-def test_a_long_step_moves_the_default_saving_interval():
+def test_a_long_step_sets_the_default_of_save_every():
     assert Scene.parse(small(time={"end": 1, "step": 0.1})).time.save_every == 0.1
 
 
@@ -47,7 +47,7 @@ def test_swimmers_need_no_surface():
     assert Scene.parse({"swimmers": [SWIMMERS], "time": {"end": 1}}).surface is None
 
 
-def test_a_scene_built_in_python_is_checked_in_the_same_words():
+def test_a_scene_defined_in_python_is_checked_in_the_same_way():
     scene = Scene.parse(small(swimmers__bend=np.array([1e-3, 2e-3])))
     again = Scene(**{name: getattr(scene, name) for name in Scene.model_fields})
     assert again == scene and again.hash() == scene.hash()
@@ -55,7 +55,7 @@ def test_a_scene_built_in_python_is_checked_in_the_same_words():
         Scene(swimmers=[SWIMMERS])
 
 
-def test_a_scene_is_a_plain_frozen_value():
+def test_a_scene_is_frozen_and_picklable():
     scene = Scene.parse(DESIGN)
     assert pickle.loads(pickle.dumps(scene)) == scene
     for owner, name in ((scene, "seed"), (scene.time, "end"), (scene.surface, "a")):
@@ -63,13 +63,13 @@ def test_a_scene_is_a_plain_frozen_value():
             setattr(owner, name, 2)
 
 
-def test_the_hash_is_of_the_content():
+def test_the_hash_depends_on_the_content_only():
     scene = Scene.parse(small())
-    spelled_out = Scene.parse(dict(reversed(small(time={"save_every": 0.02, "end": 2.0}, seed=0).items())))
-    assert spelled_out == scene and spelled_out.hash() == scene.hash()
+    explicit = Scene.parse(dict(reversed(small(time={"save_every": 0.02, "end": 2.0}, seed=0).items())))
+    assert explicit == scene and explicit.hash() == scene.hash()
     assert Scene.parse(small(filaments__intrinsic=[-0.0, 0, 0])).hash() == scene.hash()
     assert Scene.parse(small(seed=1)).hash() != scene.hash()
-    # Runs are told apart by it for years: a change of this figure is a change of what was promised.
+    # Runs are identified by it for years: this value must not change.
     assert Scene.parse(DESIGN).hash()[:16] == "cf55924ded88bed8"
 
 
@@ -101,7 +101,7 @@ def test_each_node():
 
 @settings(max_examples=60, deadline=None)
 @given(scenes())
-def test_text_and_back_gives_an_equal_scene(tables):
+def test_conversion_to_text_and_back_gives_an_equal_scene(tables):
     scene = Scene.parse(tables)
     again = Scene.parse(scene.to_toml())
     assert again == scene

@@ -1,4 +1,4 @@
-"""The table [box] of a scene: every fault in its words, defaults, and what a scene makes of it."""
+"""The table [box] of a scene: messages of all faults, defaults, periods."""
 
 import math
 
@@ -17,7 +17,7 @@ FILAMENTS = {"name": "f", "count": 2, "nodes": 9, "length": 0.5, "stiffness": [1
 
 
 def tables(box, **changes) -> dict:
-    """A scene of swimmers in this box, with tables changed; None takes one out."""
+    """A scene of swimmers in this box, with tables changed; None removes one."""
     every = {"swimmers": [CELLS], "steric": STERIC, "time": TIME, "box": box} | changes
     return {key: value for key, value in every.items() if value is not None}
 
@@ -105,7 +105,7 @@ def test_each_fault_has_a_line(box, line):
         ),
         (
             {"swimmers": None, "filaments": [FILAMENTS], "surface": SPHERE},
-            "box: there are no [[swimmers]] to live in it",
+            "box: there are no [[swimmers]] in it",
         ),
         (
             {"swimmers": [{**CELLS, "placement": "rows"}]},
@@ -113,12 +113,12 @@ def test_each_fault_has_a_line(box, line):
         ),
     ],
 )
-def test_what_does_not_go_with_a_box_is_said(changes, line):
+def test_conflicts_with_a_box_are_named(changes, line):
     lines = faults({"kind": "slab", "height": 1.0, "fraction": 0.3}, **changes)
     assert len(lines) == 1 and line in lines[0]
 
 
-def test_a_placement_in_words_needs_a_box():
+def test_a_named_placement_needs_a_box():
     words = [{**CELLS, "name": f"c{i}", "placement": word} for i, word in enumerate(["random", "polar lanes"])]
     lines = faults(None, swimmers=words)
     assert lines == [
@@ -151,7 +151,7 @@ def test_every_fault_of_a_box_is_in_one_message():
         {"kind": "container", "surface": {"kind": "cassini", "a": 3.0, "b": 3.3}, "side": "outside"},
     ],
 )
-def test_toml_gives_an_equal_scene_back(box):
+def test_conversion_to_toml_and_back_gives_an_equal_scene(box):
     one = scene(box)
     again = Scene.parse(one.to_toml())
     assert again == one and again.hash() == one.hash() and again.period == one.period
@@ -170,7 +170,7 @@ def test_defaults_are_filled_in():
     assert scene(None).swimmers[0].placement is None
 
 
-def test_the_hash_is_that_of_the_content():
+def test_the_hash_depends_on_the_content_only():
     box = {"kind": "slab", "height": 1.0, "size": [3.0, 4.0]}
     same = {"wall": {"range": 0.05, "strength": 2000}, "size": (3, 4), "height": 1, "kind": "slab"}
     assert scene(box).hash() == scene(same).hash()
@@ -179,7 +179,7 @@ def test_the_hash_is_that_of_the_content():
     assert len(set(hashes)) == len(hashes)
 
 
-def test_parts_may_be_given_as_their_own_classes():
+def test_tables_may_be_objects_of_their_classes():
     slab = scene({"kind": "slab", "height": 1.0, "size": [3, 4]})
     again = Scene(swimmers=slab.swimmers, box=slab.box, steric=slab.steric, time=slab.time)
     assert again == slab
@@ -187,8 +187,8 @@ def test_parts_may_be_given_as_their_own_classes():
     assert placed.swimmers[0].placement == "random"
 
 
-def test_periods_are_those_of_the_size_or_of_the_fraction():
-    """Cells of length 1, as wide as the core, fill the fraction of a slab's area; cylinders that of a volume."""
+def test_periods_follow_from_size_or_fraction():
+    """Cells of length 1 and the width of the core fill this fraction of a slab (area) or box (cylinders, volume)."""
     assert scene({"kind": "periodic", "size": [3, 4, 5]}).period == (3, 4, 5)
     assert scene({"kind": "slab", "height": 1, "size": [3, 4]}).period == (3, 4, 0)
     for free in ({"kind": "slab", "height": 1}, {"kind": "container", "surface": SPHERE}, None):
@@ -201,5 +201,5 @@ def test_periods_are_those_of_the_size_or_of_the_fraction():
     assert len(set(box)) == 1
 
 
-def test_a_weightless_steric_still_says_how_wide_cells_are():
+def test_sterics_of_zero_strength_define_the_width_of_cells():
     assert scene({"kind": "slab", "height": 1, "fraction": 0.3}, steric={**STERIC, "strength": 0}).period[0] == 4.0

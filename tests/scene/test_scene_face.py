@@ -1,4 +1,4 @@
-"""What users see of a scene beside its values: what importing it costs, its help, how it shows itself."""
+"""Scenes as users see them: cost of importing, help, and repr."""
 
 import pydoc
 import subprocess
@@ -15,7 +15,7 @@ from warp_rods.scene.swimmers import Swimmers
 FORMULA = {"kind": "expression", "phi": "x**2 + y**2 + z**2 - R**2", "box": [[-2, 2]] * 3, "parameters": {"R": "1 + t"}}
 
 
-def test_a_scene_is_read_without_what_only_building_needs():
+def test_reading_a_scene_imports_nothing_for_building():
     code = (
         "import sys; from warp_rods.scene.scene import Scene; "
         f"Scene(**{small(surface=FORMULA, steric={'strength': 1.0, 'range': 0.1, 'core': 0.1})!r}); "
@@ -26,7 +26,7 @@ def test_a_scene_is_read_without_what_only_building_needs():
 
 
 @pytest.mark.parametrize("table", [Scene, Filaments, Swimmers])
-def test_help_is_a_screen_of_our_own_words(table):
+def test_help_is_one_screen_about_the_keys(table):
     text = pydoc.render_doc(table, renderer=pydoc.plaintext)
     assert len(text.splitlines()) < 60
     assert "model_dump" not in text and "Annotated" not in text
@@ -34,7 +34,7 @@ def test_help_is_a_screen_of_our_own_words(table):
         assert f"{name}: {field.description}" in text
 
 
-def test_a_scene_shows_what_it_is():
+def test_repr_of_a_scene():
     scene = Scene.parse(DESIGN)
     assert repr(scene) == (
         '<Scene "100 curvature sensors on a dividing cell": sensors (100 filaments), cell (1 swimmer); '
@@ -45,7 +45,7 @@ def test_a_scene_shows_what_it_is():
     assert str(cells) == "<Scene: c (2 swimmers); box slab; until t = 0.5>"
 
 
-def test_a_surface_shows_what_it_is():
+def test_repr_of_a_surface():
     assert repr(surfaces.make("plane", {"size": 2})) == (
         "<Surface plane (size = 2.0): open, in the box [-1, 1] × [-1, 1] × [-0.2, 0.2]>"
     )

@@ -1,4 +1,4 @@
-"""Scenes that are refused: each fault in its words, all of them in one message."""
+"""Scenes that are refused: the message of each fault, and all faults in one message."""
 
 import numpy as np
 import pytest
@@ -173,14 +173,14 @@ def test_every_fault_is_in_one_message():
     ]
 
 
-def test_of_a_long_wrong_list_the_first_values_are_named_and_the_rest_counted():
+def test_only_the_first_wrong_values_of_a_long_list_are_named():
     lines = faults(small(swimmers__count=1000, swimmers__bend=np.full(1000, np.nan)))
     assert len(lines) == 6
     assert "995 more of its values are wrong" in lines[-1]
     assert max(map(len, lines)) < 200
 
 
-def test_a_scene_has_an_ensemble():
+def test_a_scene_needs_an_ensemble():
     assert faults({"time": {"end": 1}}) == [
         "filaments: missing; a scene has at least one [[filaments]] or [[swimmers]]"
     ]
@@ -195,7 +195,7 @@ def test_faulty_toml_is_named_by_line_and_column(tmp_path):
         Scene.parse("a = " + "[" * 5000)
 
 
-def test_files_that_cannot_be_read_are_said_plainly(tmp_path):
+def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(SceneError, match=r"none\.toml: there is no such file"):
         Scene.load(tmp_path / "none.toml")
     with pytest.raises(SceneError, match="cannot be read"):
@@ -205,7 +205,7 @@ def test_files_that_cannot_be_read_are_said_plainly(tmp_path):
         Scene.load(tmp_path / "latin.toml")
 
 
-def test_faults_of_a_file_are_headed_by_its_name(tmp_path):
+def test_messages_start_with_the_name_of_the_file(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(DESIGN.replace("count = 100", "count = 0"))
     with pytest.raises(SceneError, match=r"scene\.toml: 1 fault in the scene\n  filaments\[0\]\.count = 0"):
@@ -215,5 +215,5 @@ def test_faults_of_a_file_are_headed_by_its_name(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["um", "1", "0 m", "-1 m", "1 parsec", "1.2.3 m", 3, "1 e m", "9e999 m"])
-def test_units_that_are_none(text):
+def test_wrong_units_are_refused(text):
     assert faults(small(units={"length": text}))[0].startswith("units.length = ")

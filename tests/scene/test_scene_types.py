@@ -1,4 +1,4 @@
-"""Values as scripts have them: NumPy scalars, arrays, tuples and paths are taken; wrong ones are refused by name."""
+"""Types of values: NumPy scalars, arrays, tuples and paths are accepted; wrong ones are named."""
 
 from datetime import date
 from pathlib import Path
@@ -16,7 +16,7 @@ F32 = np.float32
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory) -> Path:
-    """A ball of 12 voxels in an array, as after reading an image."""
+    """An array with a ball of radius 12 voxels, as from an image."""
     path = tmp_path_factory.mktemp("image") / "a.npy"
     np.save(path, np.sqrt(((np.indices((40, 40, 40)) - 19.5) ** 2).sum(axis=0)) < 12)
     return path
@@ -33,7 +33,7 @@ VOXELS = {
 
 @pytest.mark.parametrize("voxels", VOXELS.values(), ids=list(VOXELS))
 @pytest.mark.parametrize("as_path", [Path, str])
-def test_what_an_image_reader_gives_is_taken_wherever_a_surface_is_said(voxels, as_path, file):
+def test_values_of_image_readers_are_accepted_for_every_surface(voxels, as_path, file):
     values = {"file": as_path(file), **voxels}
     expected = {"file": str(file), "spacing": (0.5, 0.5, 0.5), "origin": (0.0, 0.0, 0.0)}
     assert surfaces.make("grid", values).values == expected
@@ -57,14 +57,14 @@ def test_what_an_image_reader_gives_is_taken_wherever_a_surface_is_said(voxels, 
         ),
     ],
 )
-def test_numbers_of_every_kind_of_surface_are_taken(kind, values, expected):
+def test_numbers_of_every_kind_of_surface_are_accepted(kind, values, expected):
     surface = surfaces.make(kind, values)
     assert surface.values == expected and surface.kind == str(kind)
     scene = Scene(surface={"kind": kind, **values}, filaments=[FILAMENTS], time={"end": 1.0})
     assert scene.surface.parameters == expected
 
 
-def test_numbers_of_every_table_are_taken():
+def test_numbers_of_every_table_are_accepted():
     plain = small(
         seed=3, filaments__placement={**PLACEMENT, "geodesic_curvature": [[0.5] * 9] * 2},
         filaments__length=[0.5, 0.25], swimmers__bend=[0.5, 0.25], swimmers__symmetric=False,
@@ -109,11 +109,11 @@ WRONG_SURFACES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "values", "said"), WRONG_SURFACES)
-def test_a_wrong_value_of_a_surface_is_named(kind, values, said):
+@pytest.mark.parametrize(("kind", "values", "message"), WRONG_SURFACES)
+def test_a_wrong_value_of_a_surface_is_named(kind, values, message):
     with pytest.raises(SceneError) as caught:
         surfaces.make(kind, values)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 WRONG_SCENES = [
@@ -135,22 +135,22 @@ WRONG_SCENES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("changes", "said"), WRONG_SCENES)
-def test_a_wrong_value_of_a_scene_is_named(changes, said):
+@pytest.mark.parametrize(("changes", "message"), WRONG_SCENES)
+def test_a_wrong_value_of_a_scene_is_named(changes, message):
     with pytest.raises(SceneError) as caught:
         Scene(**small(**changes))
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("scene", [3, None, [SWIMMERS], b"seed = 1"])
-def test_what_is_no_scene_at_all_is_refused(scene):
+def test_objects_that_are_not_scenes_are_refused(scene):
     with pytest.raises(SceneError, match=r"scene = .*: must be TOML text or a mapping"):
         Scene.parse(scene)
     with pytest.raises(SceneError, match=r"path = .*: must be the path of a scene file"):
         Scene.load(scene)
 
 
-def test_a_folder_may_be_text(file):
+def test_a_folder_may_be_a_string(file):
     text = '[surface]\nkind = "grid"\nfile = "a.npy"\nspacing = 0.5\n[time]\nend = 1.0\n'
     text += '[[filaments]]\nname = "f"\ncount = 1\nnodes = 9\nlength = 0.5\nstiffness = [1, 1, 1]\ndrag = [1, 2, 0]\n'
     assert Scene.parse(text, str(file.parent)).surface.parameters["file"] == str(file)

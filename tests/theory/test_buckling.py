@@ -1,4 +1,4 @@
-"""Buckling of clamped filaments (model §3): the ensemble's own linear operator against exact answers and runs."""
+"""Buckling of clamped filaments (docs/model.md §3): the linearised rates against exact answers and simulations."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ EXACT = hoop_buckling_length(0.4, 1.2, (1.0, 1.0, 0.1), 1.0)
 
 
 def on_hoop(nodes: int, **changes) -> Clamped:
-    """A filament clamped on the hoop of the neck, where ρ'' = 2 (body − neck)/width² = 1.2."""
+    """A filament clamped along the hoop (the waist) of the neck, where ρ'' = 2 (body − neck)/width² = 1.2."""
     return Clamped(BRIDGE, [0.4, 0.0, 0.0], [0.0, 1.0, 0.0], nodes, {**PUBLISHED, **changes})
 
 
@@ -54,33 +54,33 @@ def test_critical_lengths_of_other_filaments(stiffness, normal_curvature):
 def test_a_cantilever_on_the_plane_has_the_spectrum_of_a_beam():
     plane = Clamped(surfaces.make("plane", {}), [0, 0, 0], [1, 0, 0], 65, {"drag": (1.0, 2.0, 0.0)})
     exact = -0.5 * (np.array([1.87510407, 4.69409113]) / 0.8) ** 4
-    found = np.sort(np.linalg.eigvals(buckling.operator(plane, 0.8)[1]).real)[::-1]
+    found = np.sort(np.linalg.eigvals(buckling.linearise(plane, 0.8)[1]).real)[::-1]
     np.testing.assert_allclose(found[:2], exact, rtol=3e-3)
     assert buckling.growth_rate(plane, 0.8) == found[0]
 
 
 def test_growing_filaments_leave_the_hoop_at_the_critical_length():
-    """A small deflection is smallest at that length, but for what is of first order in the rate of growth."""
+    """A small deflection has its minimum at that length, up to an error of first order in the rate of growth."""
     nodes, rates = 33, [0.04, 0.02, 0.01]
-    turn = 1e-5 * np.linspace(1, 0, nodes) ** 2
+    deflected = 1e-5 * np.linspace(1, 0, nodes) ** 2
     rods = BoundRods(
         BRIDGE, np.tile([0.4, 0.0, 0.0], (3, 1)), np.tile([0.0, 1.0, 0.0], (3, 1)), nodes=nodes, length=0.8, at="start",
-        ends=("clamped", "free"), geodesic_curvature=turn, growth={"rate": rates, "until": 0.9}, **PUBLISHED,
+        ends=("clamped", "free"), geodesic_curvature=deflected, growth={"rate": rates, "until": 0.9}, **PUBLISHED,
     )  # fmt: skip
     lengths, deflections = [], []
     for _ in range(120):
         rods.step(4e-3, 20)
         lengths.append(rods.variables()["length"])
         deflections.append(np.log(np.abs(rods.position[:, -1, 2])))
-    leaving = [smallest(*pair) for pair in zip(np.transpose(lengths), np.transpose(deflections), strict=True)]
+    leaving = [minimum(*pair) for pair in zip(np.transpose(lengths), np.transpose(deflections), strict=True)]
     critical = buckling.critical_length(on_hoop(nodes), (0.7, 1.0))
     delays = np.abs(np.array(leaving) - critical)
     assert np.polyfit(np.log(rates), np.log(delays), 1)[0] == pytest.approx(1.0, abs=0.05)
     assert 2 * leaving[2] - leaving[1] == pytest.approx(critical, abs=1e-5)
 
 
-def smallest(lengths: np.ndarray, deflections: np.ndarray) -> float:
-    """Where a deflection is smallest while its filament grows, by a cubic through what is near."""
+def minimum(lengths: np.ndarray, deflections: np.ndarray) -> float:
+    """The length at which a deflection has its minimum during growth, by a cubic fit about it."""
     growing = np.flatnonzero((lengths > 0.81) & (lengths < 0.899))
     guess = lengths[growing[deflections[growing].argmin()]]
     near = growing[np.abs(lengths[growing] - guess) < 0.02]
@@ -88,7 +88,7 @@ def smallest(lengths: np.ndarray, deflections: np.ndarray) -> float:
     return guess + min(slope.roots.real, key=abs)
 
 
-def test_relaxing_ends_where_stepping_ends():
+def test_relaxation_and_time_stepping_find_the_same_equilibrium():
     filament, length = on_hoop(33), 1.0
     start = np.linspace(-0.3, 0.0, 33)[:-1]
     rest = buckling.equilibrium(filament, length, start)
@@ -99,8 +99,8 @@ def test_relaxing_ends_where_stepping_ends():
     assert buckling.growth_rate(filament, length, rest) < 0 < buckling.growth_rate(filament, length)
 
 
-def test_a_spiral_filament_snaps_and_remembers():
-    """A fold off the neck, with σ3 ≠ 0: grown beyond it and cut, the filament finds another shape than when growing."""
+def test_a_spiral_filament_snaps_with_hysteresis():
+    """A fold away from the waist, with σ3 ≠ 0: shapes differ between growing through it and shrinking back."""
     site = BRIDGE.project(np.array([0.5, 0.0, 0.32]))
     parameters = {"stiffness": (0.6, 1.0, 0.8), "intrinsic": (0.0, -0.7, -1.8), "drag": (1.0, 2.0, 0.1)}
     filament = Clamped(BRIDGE, site, [0.0, 1.0, 0.0], 33, parameters)
@@ -118,8 +118,8 @@ def test_a_bracket_without_a_critical_length_is_refused():
         buckling.critical_length(on_hoop(17), (0.5, 0.6))
 
 
-def gap(position: np.ndarray, length: float, core: float) -> float:
-    """Smallest distance of parts of a centre line farther apart along it than sterics leave out, by cubic splines."""
+def smallest_gap(position: np.ndarray, length: float, core: float) -> float:
+    """Smallest distance within a centre line by cubic splines, without the pairs that the sterics leave out."""
     s = np.linspace(0, length, len(position))
     fine = np.linspace(0, length, 4 * len(position) - 3)
     r = CubicSpline(s, position)(fine)
@@ -128,7 +128,7 @@ def gap(position: np.ndarray, length: float, core: float) -> float:
 
 
 def shortened_spiral(steric: bool) -> Scene:
-    """The spiral of the scene from 1.5 to 5.5 in length, a turn to two, at a faster rate."""
+    """The scene of the spiral with growth from length 1.5 to 5.5, one to two turns, at a higher rate."""
     scene = Scene.load(SPIRAL)
     filaments = scene.filaments[0].model_dump(exclude_none=True)
     filaments |= {"nodes": 101, "length": 1.5, "growth": {"rate": 2.0, "until": 5.5}}
@@ -138,12 +138,12 @@ def shortened_spiral(steric: bool) -> Scene:
 
 
 def test_a_spiral_does_not_pass_through_itself(tmp_path):
-    """Without sterics its turns come closer than half a core."""
+    """Without sterics its turns come closer than half the core."""
     gaps = {}
     for steric in (True, False):
         run = runner.simulate(shortened_spiral(steric), tmp_path / str(steric), device="cpu")
         data = run.data["escrt"].to_dataset().load().isel(rod=0)
         frames = zip(data.position.values, data.length.values, strict=True)
-        gaps[steric] = min(gap(position, float(length), 0.05) for position, length in frames)
+        gaps[steric] = min(smallest_gap(position, float(length), 0.05) for position, length in frames)
     assert gaps[True] >= 0.5 * 0.05
     assert gaps[False] < 0.5 * 0.05

@@ -1,9 +1,9 @@
-"""Branches of fixed shapes: the known bifurcations of a swimmer, and growth about them against runs in time."""
+"""Branches of fixed shapes: known bifurcations of a swimmer, and eigenvalues against simulations in time."""
 
 import numpy as np
 import pytest
 from examples.free import slope
-from test_steady import ROLLING
+from test_steady import ROTATING
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.modes import coefficients
@@ -19,29 +19,30 @@ def u_swimmer(nodes, bend):
 
 
 def limit(values):
-    """Values of N and 2N extrapolated with second order."""
+    """Second-order extrapolation of the values at N and 2N."""
     return (4 * values[1] - values[0]) / 3
 
 
 def test_the_u_ends_in_a_fold():
-    """At 8.876e-3 (independent solver), second order in Δs; beyond it the branch goes back, unstable."""
+    """At 8.876e-3 (independent solver), second order in Δs. After the fold the branch is unstable and turns back."""
     branches = [follow(u_swimmer(nodes, 8e-3), "bend", 7.9e-3, 1e-2) for nodes in (33, 65, 129)]
-    folds = [branch.named("fold")[0].value for branch in branches]
+    folds = [branch.of_kind("fold")[0].value for branch in branches]
     assert limit(folds[1:]) == pytest.approx(8.876e-3, rel=1e-4)
     assert slope([32, 64], np.abs(np.diff(folds))) == pytest.approx(2.0, abs=0.2)
     for branch, fold in zip(branches, folds, strict=True):
         assert [found.kind for found in branch.bifurcations] == ["fold"]
         assert branch.values.max() <= fold
         assert branch.values[-1] == pytest.approx(7.9e-3, rel=1e-12)
-        turn = branch.values.argmax()
-        assert branch.stable[:turn].all()
-        assert not branch.stable[turn + 1 :].any()
+        end = branch.values.argmax()
+        assert branch.stable[:end].all()
+        assert not branch.stable[end + 1 :].any()
 
 
 def test_the_u_starts_to_wave_at_a_hopf_bifurcation():
-    """At 1.456e-4 (independent solver), second order in Δs, with a frequency that the waving has."""
+    """At 1.456e-4 (independent solver), second order in Δs; the frequency is that of the leading eigenvalue."""
     hopfs = [
-        follow(u_swimmer(nodes, 1.7e-4), "bend", 1.4e-4, 1.7e-4, upwards=False).named("Hopf")[0] for nodes in (65, 129)
+        follow(u_swimmer(nodes, 1.7e-4), "bend", 1.4e-4, 1.7e-4, upwards=False).of_kind("Hopf")[0]
+        for nodes in (65, 129)
     ]
     assert limit([hopf.value for hopf in hopfs]) == pytest.approx(1.456e-4, rel=5e-4)
     for hopf in hopfs:
@@ -51,7 +52,7 @@ def test_the_u_starts_to_wave_at_a_hopf_bifurcation():
 
 
 def twisted_u():
-    """That of Fig 4.3a at a rotational drag of 1e-2, softer than it is stable: in space, with the symmetry."""
+    """The twisted U of Fig 4.3a at a rotational drag of 1e-2, at a stiffness below its Hopf bifurcation."""
     parameters = {"bend": 3e-4, "twist": 1e-4, "moment": 6e-3, "rotational_drag": 1e-2}
     u = settled(Swimmer(65, parameters, planar=False, symmetric=True), {"kind": "writhe", "amplitude": 6.0}, time=8.0)
     return follow(u, "bend", 1.6e-4, 3e-4, upwards=False).shapes[-1]
@@ -62,30 +63,30 @@ def planar_u():
 
 
 @pytest.mark.parametrize("unstable", [planar_u, twisted_u])
-def test_a_run_in_time_grows_as_the_eigenvalue_says(unstable):
-    """Beyond the Hopf point, off the fixed shape along anything: a₀ − a₀* rings at Im μ and grows at Re μ."""
+def test_a_simulation_grows_at_the_rate_of_the_eigenvalue(unstable):
+    """Beyond the Hopf point any small perturbation makes a₀ − a₀* oscillate at Im μ and grow at Re μ."""
     u = unstable()
     leading = u.eigenvalues(1)[0]
     assert leading.real > 0.3
     s = np.linspace(-0.5, 0.5, 65)
-    nudged = u.fields + 1e-6 * np.array([[0.0], [1.0], [0.0], [0.0]]) * np.cos(np.pi * s) ** 2
-    rods = FixedShape(u.swimmer, nudged).rods()
-    rods.step(5e-4, 10_000)  # other modes have died by then
-    ringing = []
+    perturbed = u.fields + 1e-6 * np.array([[0.0], [1.0], [0.0], [0.0]]) * np.cos(np.pi * s) ** 2
+    rods = FixedShape(u.swimmer, perturbed).rods()
+    rods.step(5e-4, 10_000)  # all other modes have decayed by then
+    oscillation = []
     for _ in range(60):
         rods.step(5e-4, 100)
-        ringing.append(coefficients((rods.rates()["bending"][0] - u.bending).imag, s, 1)[0])
-    # A ringing x_j of one complex pair obeys x_{j+1} = p x_j + q x_{j−1}.
-    x = np.array(ringing)
+        oscillation.append(coefficients((rods.rates()["bending"][0] - u.bending).imag, s, 1)[0])
+    # An oscillation x_j of one complex pair of eigenvalues obeys x_{j+1} = p x_j + q x_{j−1}.
+    x = np.array(oscillation)
     p, q = np.linalg.lstsq(np.stack([x[1:-1], x[:-2]], axis=1), x[2:], rcond=None)[0]
     rate = np.log(np.roots([1.0, -p, -q])[0]) / 5e-2
     assert rate.real == pytest.approx(leading.real, rel=0.01)
     assert abs(rate.imag) == pytest.approx(abs(leading.imag), rel=0.001)
 
 
-def test_a_straight_rod_buckles_where_linear_theory_says():
-    """Under f = −tanh 10s held, at branch points; second order in Δs."""
-    exact, found = stability.critical_bends(2), []
+def test_a_straight_rod_buckles_where_linear_theory_predicts():
+    """At branch points, with f = −tanh 10s held fixed; second order in Δs."""
+    exact, found = stability.marginal_stiffnesses(2), []
     for nodes in (33, 65):
         f = -np.tanh(10 * np.linspace(-0.5, 0.5, nodes))
         swimmer = Swimmer(nodes, {"bend": 1.5e-2, "twist": 1e-3}, held=tuple(f))
@@ -98,11 +99,11 @@ def test_a_straight_rod_buckles_where_linear_theory_says():
         assert slope([32, 64], errors[:, mode]) == pytest.approx(2.0, abs=0.2)
 
 
-def test_a_turning_shape_is_followed_to_its_mirror_image():
-    """In M through 0, where it lies in a plane, to −M, where it turns the other way round."""
+def test_a_rotating_shape_is_followed_to_its_mirror_image():
+    """From M through 0, where the shape is planar, to −M, where it rotates in the opposite sense."""
     s = np.linspace(-0.5, 0.5, 65)
     k = 3 * np.cos(np.pi * s) ** 2 * np.exp(2j * s) + np.sin(2 * np.pi * s)
-    swimmer = Swimmer(65, ROLLING, planar=False)
+    swimmer = Swimmer(65, ROTATING, planar=False)
     shape = settled(swimmer, np.stack([0 * s, k.real, k.imag], axis=-1), time=12.0)
     branch = follow(shape, "moment", -2e-3, 2e-3, upwards=False)
     assert branch.values[-1] == pytest.approx(-2e-3, rel=1e-9)
@@ -113,26 +114,26 @@ def test_a_turning_shape_is_followed_to_its_mirror_image():
     for point in branch.shapes[1:-1]:
         state = equations.state(point.fields)
         rates = equations.rates(state[None], point.swimmer.parameters)[0]
-        np.testing.assert_allclose(rates, point.spin * (equations.turn @ state), atol=1e-7)
+        np.testing.assert_allclose(rates, point.spin * (equations.rotation @ state), atol=1e-7)
 
 
 @pytest.mark.parametrize(("parameter", "low", "high"), [("drag_ratio", 2.0, 2.5), ("diffusion", 1e-3, 2e-3)])
-def test_any_parameter_leads_where_a_run_in_time_ends(parameter, low, high):
+def test_continuation_in_any_parameter_agrees_with_a_simulation(parameter, low, high):
     u = u_swimmer(33, 5e-3)
     last = follow(u, parameter, low, high).shapes[-1]
-    there = settled(u.swimmer.having(**{parameter: high}), {"kind": "mode", "amplitude": 3.0}, time=6.0)
+    there = settled(u.swimmer.with_parameters(**{parameter: high}), {"kind": "mode", "amplitude": 3.0}, time=6.0)
     np.testing.assert_allclose(last.fields, there.fields, atol=1e-8)
 
 
-def test_the_shape_at_rest_does_not_depend_on_how_fast_flagella_turn():
+def test_the_fixed_shape_does_not_depend_on_the_relaxation_time():
     branch = follow(u_swimmer(33, 5e-3), "relaxation", 1e-2, 2e-2)
     np.testing.assert_allclose(branch.shapes[-1].fields, branch.shapes[0].fields, atol=1e-8)
     assert abs(branch.eigenvalues[-1, 1] - branch.eigenvalues[0, 1]) > 0.1
 
 
-def test_what_cannot_be_followed_is_refused():
+def test_impossible_arguments_are_refused():
     u = u_swimmer(33, 5e-3)
-    with pytest.raises(SceneError, match="known ones are bend"):
+    with pytest.raises(SceneError, match="must be one of bend"):
         follow(u, "stiffness", 1e-3, 1e-2)
     with pytest.raises(SceneError, match="start between"):
         follow(u, "bend", 1e-3, 2e-3)

@@ -1,4 +1,4 @@
-"""The closed forms of tests/exact.py against a plain numerical answer, so that they can be leaned on."""
+"""The closed forms of tests/reference/exact.py against direct numerical solutions."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def test_sphere_rates_are_the_spectrum_of_the_operator(length, radius):
     operator = space.second / length**2 + space.value / radius**2
     weights = space.weights[:, None]
     stiff, mass = operator.T @ (weights * operator), space.value.T @ (weights * space.value)
-    # The mass matrix is the badly conditioned one: ask for the inverse rates.
+    # The mass matrix is the ill-conditioned one, so solve for the inverse rates.
     spectrum = 1 / eigh(mass, stiff, eigvals_only=True)[::-1]
     rates = exact.sphere_decay_rates(0.1, 2.0, 0.3, radius, length, 6)
     np.testing.assert_allclose(rates, spectrum[:6] * 0.1 / (2.0 + 0.3 / radius**2), rtol=1e-9)
@@ -45,8 +45,8 @@ def test_cylinder_angles_are_the_minima(stiffness, intrinsic):
     assert exact.cylinder_energy(angles[0], stiffness, intrinsic, 0.8) <= energy.min() + 1e-12
 
 
-def test_cylinder_angle_is_two_fold_without_spontaneous_twist():
-    """cos 2α = B2(2Rσ2 − 1)/(B2 − B1), where B2 > B1; the sign of σ1 then picks the hand."""
+def test_two_cylinder_angles_are_degenerate_without_intrinsic_twist():
+    """cos 2α = B2(2Rσ2 − 1)/(B2 − B1), where B2 > B1. The sign of σ1 selects the handedness."""
     radius, sigma = 1.3, 0.5
     angles = exact.cylinder_angles((1.0, 2.5), (0.0, sigma), radius)
     expected = 0.5 * np.arccos(2.5 * (2 * radius * sigma - 1) / 1.5)

@@ -1,4 +1,4 @@
-"""Linear theory: Airy conditions, spectra, Galerkin rates, and the linearisation of a nonlinear rod."""
+"""Linear theory: Airy conditions, spectra, growth rates of beam modes, and the linearisation of a nonlinear rod."""
 
 import numpy as np
 import pytest
@@ -14,10 +14,10 @@ def test_airy_roots_to_six_digits():
 
 
 def test_airy_roots_are_where_the_operator_is_singular():
-    """Two ways that share nothing: Airy integrals, and a Galerkin pencil for μ = 0."""
+    """Two independent methods: Airy integrals, and a Galerkin eigenvalue problem for μ = 0."""
     airy = stability.airy_stiffnesses(30)
     assert np.all(np.diff(airy) < 0)
-    np.testing.assert_allclose(stability.critical_bends(30, "piecewise", intervals=16), airy, rtol=1e-9)
+    np.testing.assert_allclose(stability.marginal_stiffnesses(30, "piecewise", intervals=16), airy, rtol=1e-9)
 
 
 @pytest.mark.parametrize("index", range(6))
@@ -40,14 +40,14 @@ def test_airy_modes_are_normalised_and_free_at_the_ends():
 
 
 def test_critical_bend_of_the_smooth_profile():
-    bend = stability.critical_bends()[0]
+    bend = stability.marginal_stiffnesses()[0]
     assert abs(bend / exact.CRITICAL_BEND_TANH - 1) < 1e-5
     assert abs(stability.eigenvalues(bend)[0]) < 1e-9
     assert stability.eigenvalues(0.99 * bend)[0].real > 0 > stability.eigenvalues(1.01 * bend)[0].real
 
 
-def test_growth_of_the_beam_mode_itself():
-    bend = stability.beam_mode_critical_bend()
+def test_growth_rate_of_single_beam_modes():
+    bend = stability.beam_mode_critical_stiffness()
     assert abs(bend - exact.CRITICAL_BEND_BEAM_MODE) < 5e-7
     assert abs(stability.beam_mode_growth_rate(bend)) < 1e-12
     for k in range(4):
@@ -74,11 +74,11 @@ def test_activity_as_values_on_nodes():
     np.testing.assert_allclose(found, stability.eigenvalues(1e-3), atol=1e-6)
 
 
-def test_a_rod_pushed_evenly_is_stable():
-    """f = 1 leaves no tension, only advection (4.36), which turns eigenvalues complex but feeds no growth."""
+def test_a_uniformly_pushed_rod_is_stable():
+    """f = 1 leaves no tension but advection (4.36), which makes eigenvalues complex without any growth."""
     values = stability.eigenvalues(1e-3, "uniform")
     assert np.all(values.real < 0) and np.abs(values.imag).max() > 1
-    assert len(stability.critical_bends(3, "uniform")) == 0
+    assert len(stability.marginal_stiffnesses(3, "uniform")) == 0
 
 
 def rod_rate(nodes: int, bend: float, drag_ratio: float):
@@ -128,7 +128,7 @@ def test_stiffness_of_a_real_cell():
     assert abs(stability.critical_stiffness(100e-6, 1e-6, 1e-3, 13e-6) - 1.8e-22) < 0.05e-22
 
 
-def test_bad_arguments_are_named():
+def test_wrong_arguments_are_named():
     with pytest.raises(ValueError, match="length > diameter"):
         stability.critical_stiffness(1e-6, 2e-6, 1e-3, 13e-6)
     with pytest.raises(ValueError, match="at least one"):

@@ -1,4 +1,4 @@
-"""Fixed shapes of swimmers: exact zeros of what the time stepper integrates, known answers, spectra."""
+"""Fixed shapes of swimmers: zeros of the equations of the time stepper, known answers, eigenvalues."""
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ from warp_rods.theory.steady import FixedShape, Swimmer, at_rest, settled, start
 from warp_rods.theory.steady_equations import Equations
 from warp_rods.theory.twisted_stability import growth_rates
 
-ROLLING = {"bend": 2e-4, "twist": 1e-3, "moment": 2e-3}
-"""A swimmer whose bent shape turns about its own tangent."""
+ROTATING = {"bend": 2e-4, "twist": 1e-3, "moment": 2e-3}
+"""A swimmer whose bent shape rotates about its own tangent."""
 
 
 def symmetric_u(nodes, bend):
@@ -21,9 +21,9 @@ def symmetric_u(nodes, bend):
 
 
 @pytest.fixture(scope="module")
-def rolling():
+def rotating():
     """A fixed shape in space without symmetry."""
-    swimmer = Swimmer(65, ROLLING, planar=False)
+    swimmer = Swimmer(65, ROTATING, planar=False)
     s = np.linspace(-0.5, 0.5, 65)
     k = 3 * np.cos(np.pi * s) ** 2 * np.exp(2j * s) + np.sin(2 * np.pi * s)
     return settled(swimmer, np.stack([0 * s, k.real, k.imag], axis=-1), time=12.0)
@@ -36,16 +36,16 @@ def test_rates_are_those_of_the_ensemble():
     equations = Equations(swimmer)
     state = equations.state(start(swimmer, rods.strain[0], rods.activity[0]).fields)
     fields = equations.fields(equations.rates(state[None], swimmer.parameters))[0]
-    # That of k, magnified as ∂⁴ does.
+    # Round-off of k, amplified by ∂⁴.
     round_off = np.finfo(float).eps * 16 * swimmer.parameters["bend"] / 2 * 64**4 * abs(rates["bending"]).max()
     found = {"bending_rate": fields[0] + 1j * fields[1], "twist_rate": fields[2], "activity_rate": fields[3]}
     for name, values in found.items():
         np.testing.assert_allclose(values, rates[name][0], atol=round_off, rtol=0)
 
 
-def test_the_symmetric_shapes_are_closed_under_the_equations():
-    """Rates of a shape with the symmetry have it, so that those left out vanish; and half the unknowns are left."""
-    half, whole = (Equations(Swimmer(65, ROLLING, planar=False, symmetric=symmetric)) for symmetric in (True, False))
+def test_symmetric_shapes_stay_symmetric():
+    """The rates of a symmetric shape are symmetric, so that half of the unknowns are enough."""
+    half, whole = (Equations(Swimmer(65, ROTATING, planar=False, symmetric=symmetric)) for symmetric in (True, False))
     state = np.cos(np.arange(half.basis.shape[1]) ** 2.0)
     rate = half.rates(state[None], half.swimmer.parameters)
     same = whole.rates(whole.state(half.fields(state[None])[0])[None], half.swimmer.parameters)
@@ -54,18 +54,18 @@ def test_the_symmetric_shapes_are_closed_under_the_equations():
 
 
 def test_the_jacobian_is_the_derivative_of_the_rates():
-    swimmer = Swimmer(33, ROLLING, planar=False)
+    swimmer = Swimmer(33, ROTATING, planar=False)
     equations = Equations(swimmer)
     state, along = np.cos(np.arange(equations.basis.shape[1])), np.sin(np.arange(equations.basis.shape[1]) ** 1.5)
-    _, jacobian, _ = equations.linear(state, swimmer.parameters)
+    _, jacobian, _ = equations.linearise(state, swimmer.parameters)
     near = equations.rates(state + np.array([[1e-4], [-1e-4]]) * along, swimmer.parameters)
     slopes = (near[0] - near[1]) / 2e-4
     np.testing.assert_allclose(jacobian @ along, slopes, atol=1e-7 * abs(slopes).max(), rtol=0)
 
 
 @pytest.mark.parametrize(("bend", "amplitude", "speed"), [(5e-3, 3.0222, 0.48854), (1e-3, 3.9361, 0.64056)])
-def test_the_steady_u_is_second_order_and_known(bend, amplitude, speed):
-    """a₀ and |U| as an independent solver has them, to its four digits."""
+def test_the_steady_u_converges_at_second_order_to_known_values(bend, amplitude, speed):
+    """a₀ and |U| from an independent solver, to its four digits."""
     shapes = [symmetric_u(nodes, bend) for nodes in (33, 65, 129)]
     found = np.array(
         [[coefficients(u.curvature, np.linspace(-0.5, 0.5, u.swimmer.nodes), 1)[0], u.speed] for u in shapes]
@@ -79,26 +79,26 @@ def test_the_steady_u_is_second_order_and_known(bend, amplitude, speed):
         assert np.abs(rates).max() < 1e-11 * bend * (u.swimmer.nodes - 1) ** 4
 
 
-def test_a_fixed_shape_in_space_turns_and_does_nothing_else(rolling):
-    """Ω of order one, and a run from the shape keeps k exp(−iΩt), τ and f but for the time step's second order."""
-    assert abs(rolling.spin) == pytest.approx(0.45, abs=0.05)
-    turned, errors, steps = rolling.bending * np.exp(0.5j * rolling.spin), [], np.array([125, 250, 500])
+def test_a_fixed_shape_in_space_only_rotates(rotating):
+    """Ω is of order one. A simulation from the shape keeps k exp(−iΩt), τ and f up to second order in Δt."""
+    assert abs(rotating.spin) == pytest.approx(0.45, abs=0.05)
+    turned, errors, steps = rotating.bending * np.exp(0.5j * rotating.spin), [], np.array([125, 250, 500])
     for number in steps:
-        rods = rolling.rods()
+        rods = rotating.rods()
         rods.step(0.5 / number, number)
         later = rods.rates()
-        kept = ((later["bending"], turned), (later["twist"], rolling.twist), (later["activity"], rolling.activity))
+        kept = ((later["bending"], turned), (later["twist"], rotating.twist), (later["activity"], rotating.activity))
         errors.append(max(abs(now[0] - then).max() for now, then in kept))
     assert errors[-1] < 1e-5
     assert slope(steps, errors) == pytest.approx(2.0, abs=0.2)
 
 
-def test_the_neutral_turn_is_dropped_and_nothing_else(rolling):
-    equations = Equations(rolling.swimmer)
-    state = equations.state(rolling.fields)
-    jacobian = equations.linear(state, rolling.swimmer.parameters)[1] - rolling.spin * equations.turn.toarray()
+def test_only_the_neutral_mode_of_rotation_is_dropped(rotating):
+    equations = Equations(rotating.swimmer)
+    state = equations.state(rotating.fields)
+    jacobian = equations.linearise(state, rotating.swimmer.parameters)[1] - rotating.spin * equations.rotation.toarray()
     everything = np.linalg.eigvals(jacobian)
-    kept = rolling.eigenvalues(len(state))
+    kept = rotating.eigenvalues(len(state))
     assert len(kept) == len(state) - 1
     neutral = np.argmin(abs(everything))
     assert abs(everything[neutral]) < 1e-6
@@ -107,26 +107,26 @@ def test_the_neutral_turn_is_dropped_and_nothing_else(rolling):
     np.testing.assert_allclose(np.sort_complex(leading), np.sort_complex(kept[:6]), rtol=1e-5)
 
 
-def test_a_turned_shape_is_the_same_shape(rolling):
-    turned = rolling.bending * np.exp(0.7j)
-    fields = np.stack([turned.real, turned.imag, rolling.twist, rolling.activity])
-    again = at_rest(FixedShape(rolling.swimmer, fields))
+def test_a_rotated_shape_is_an_equivalent_fixed_shape(rotating):
+    turned = rotating.bending * np.exp(0.7j)
+    fields = np.stack([turned.real, turned.imag, rotating.twist, rotating.activity])
+    again = at_rest(FixedShape(rotating.swimmer, fields))
     np.testing.assert_allclose(again.bending, turned, atol=1e-7)
-    np.testing.assert_allclose([again.spin, again.speed], [rolling.spin, rolling.speed], rtol=1e-7)
-    np.testing.assert_allclose(again.eigenvalues(4).real, rolling.eigenvalues(4).real, rtol=1e-5)
+    np.testing.assert_allclose([again.spin, again.speed], [rotating.spin, rotating.speed], rtol=1e-7)
+    np.testing.assert_allclose(again.eigenvalues(4).real, rotating.eigenvalues(4).real, rtol=1e-5)
 
 
-def test_a_wound_straight_rod_has_the_spectrum_known_of_it():
+def test_a_straight_twisted_rod_has_its_known_growth_rates():
     s = np.linspace(-0.5, 0.5, 65)
     parameters = {"bend": 2e-3, "twist": 1e-3, "moment": 1e-2}
     swimmer = Swimmer(65, parameters, planar=False, held=tuple(-np.tanh(10 * s)))
     twist = 10 * (np.log(np.cosh(10 * s)) - np.log(np.cosh(5.0))) / 10
-    wound = at_rest(start(swimmer, np.stack([twist, 0 * s, 0 * s], axis=-1), -np.tanh(10 * s)))
+    straight = at_rest(start(swimmer, np.stack([twist, 0 * s, 0 * s], axis=-1), -np.tanh(10 * s)))
     known = growth_rates(**parameters, nodes=65, count=4)
-    np.testing.assert_allclose(np.sort(wound.eigenvalues(4).real), np.sort(known.real), rtol=2e-3)
+    np.testing.assert_allclose(np.sort(straight.eigenvalues(4).real), np.sort(known.real), rtol=2e-3)
 
 
-def test_a_swimmer_of_a_scene_is_its_rod():
+def test_a_swimmer_from_a_scene_has_the_parameters_of_its_rod():
     table = Swimmers(
         name="cells", count=2, nodes=65, bend=[1e-3, 2e-3], twist=1e-3, flagella={"diffusion": [1e-3, 2e-3]}
     )
@@ -135,13 +135,13 @@ def test_a_swimmer_of_a_scene_is_its_rod():
     assert Swimmer.of(table, planar=False).planar is False
 
 
-def test_what_cannot_be_is_refused():
+def test_impossible_arguments_are_refused():
     with pytest.raises(SceneError, match="planar = False"):
         Swimmer(65, {"bend": 1e-3, "twist": 1e-3, "moment": 1e-3})
     with pytest.raises(SceneError, match="bending, twist"):
         Swimmer(65, {"bending": 1e-3, "bend": 1e-3})
     swimmer = Swimmer(65, {"bend": 1e-3, "twist": 1e-3})
-    with pytest.raises(SceneError, match="of 33 nodes"):
+    with pytest.raises(SceneError, match="at 33 nodes"):
         start(swimmer, np.zeros((33, 3)), np.zeros(33))
     with pytest.raises(ArithmeticError, match="start closer"):
         at_rest(FixedShape(swimmer, 50 * np.cos(np.arange(260.0)).reshape(4, 65)))

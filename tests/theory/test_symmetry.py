@@ -19,7 +19,7 @@ def writhing_strain() -> np.ndarray:
 
 
 def rebuild(strain: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frames [node, 3, 3] and centre line [node, 3] from the middle outwards, exact for mean strains."""
+    """Frames [node, 3, 3] and centre line [node, 3] from the middle outwards, exact for mean strains of cells."""
     step, half = S[1] - S[0], len(S) // 2
     frames, line = [middle] * len(S), [np.zeros(3)] * len(S)
     nodes, weights = np.polynomial.legendre.leggauss(4)
@@ -32,7 +32,7 @@ def rebuild(strain: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndar
     return np.array(frames), np.array(line)
 
 
-def test_parity_of_the_writhing_state_and_of_one_disturbed():
+def test_parity_of_the_writhing_state_with_and_without_perturbation():
     strain = writhing_strain()
     assert parity_residual(strain, ACTIVITY) < 1e-14
     assert abs(parity_residual(strain, ACTIVITY + 0.1) - 0.1) < 1e-14
@@ -50,7 +50,7 @@ def test_the_symmetric_gauge_is_found(angle):
     assert np.all(parity_residual(gauge_strain(turned, found), ACTIVITY) < 1e-12)
 
 
-def test_even_strains_make_a_centre_line_symmetric_about_its_first_normal():
+def test_strains_of_that_parity_make_a_centre_line_symmetric_about_its_first_normal():
     middle = Rotation.from_rotvec([0.4, -1.0, 0.7]).as_matrix()
     frames, line = rebuild(writhing_strain(), middle)
     assert axis_residual(line, middle[:, 1]) < 1e-13
@@ -59,7 +59,7 @@ def test_even_strains_make_a_centre_line_symmetric_about_its_first_normal():
     assert frames.shape == (65, 3, 3)
 
 
-def test_gauge_changes_frames_and_strains_together_and_leaves_the_line():
+def test_a_change_of_gauge_leaves_the_centre_line_unchanged():
     """S → SG⁻¹ and A → GAG⁻¹ (C.41), (C.42) describe the same curve."""
     strain, angle = writhing_strain(), 0.9
     frames, line = rebuild(strain, np.eye(3))

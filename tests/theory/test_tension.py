@@ -1,4 +1,4 @@
-"""The Fredholm series of the tension against the direct solve and an exact answer."""
+"""The Fredholm series of the tension against the direct solution and an exact one."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_series_converges_to_the_direct_solve():
 
 
 def test_first_order_in_the_inverse_drag_ratio():
-    """C.11: the error of two terms falls as ε²."""
+    """(C.11): the error of the first two terms is of order ε²."""
     curvature = 2.0 * modes.beam_mode(0, S)
     ratios = np.array([20.0, 40.0, 80.0])
     errors = []
@@ -32,16 +32,16 @@ def test_first_order_in_the_inverse_drag_ratio():
     assert abs(np.polyfit(np.log(ratios), np.log(errors), 1)[0] + 2) < 0.2
 
 
-def test_series_diverges_where_its_ratio_says():
+def test_series_diverges_where_its_ratio_exceeds_one():
     curvature = 6.0 * modes.beam_mode(0, S)
     assert series_ratio(curvature, 2.0) > 1
     steps = np.abs(np.diff(tension_series(curvature, ACTIVITY, 5e-3, 2.0, 40), axis=0)).max(axis=1)
     assert steps[-1] > steps[0]
 
 
-@pytest.mark.parametrize("way", ["direct", "series"])
-def test_second_order_to_an_exact_tension(way):
-    """κ = cos²πs and λ = cos πs make (4.34) an equation for f, integrated here in closed form."""
+@pytest.mark.parametrize("method", ["direct", "series"])
+def test_convergence_to_an_exact_tension_is_second_order(method):
+    """With κ = cos²πs and λ = cos πs, (4.34) is an equation for f, which is integrated here in closed form."""
     bend, drag_ratio, sizes = 0.7, 1.6, np.array([32, 64, 128])
     errors = []
     for size in sizes:
@@ -53,6 +53,6 @@ def test_second_order_to_an_exact_tension(way):
         κ2λ = (d - 2 * d**3 / 3 + d**5 / 5) / np.pi
         f = np.pi * d + κ2λ / drag_ratio - 0.5 * bend * κ2_slope - bend / drag_ratio * κκ2
         arguments = (c**2, f, bend, drag_ratio)
-        tension = planar_tension(*arguments) if way == "direct" else tension_series(*arguments, 30)[-1]
+        tension = planar_tension(*arguments) if method == "direct" else tension_series(*arguments, 30)[-1]
         errors.append(np.abs(tension - c).max())
     assert abs(np.polyfit(np.log(sizes), np.log(errors), 1)[0] + 2) < 0.2

@@ -1,4 +1,4 @@
-"""Growth of a straight, wound-up swimmer: against the planar spectrum without moment, and against the rods with it."""
+"""Growth rates of a straight, twisted swimmer, against the planar spectrum (M = 0) and simulations (M > 0)."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from warp_rods.theory import stability
 from warp_rods.theory.twisted_stability import growth_rates
 
 
-def test_without_a_moment_each_planar_rate_comes_twice():
+def test_without_a_moment_each_planar_rate_is_double():
     exact = stability.eigenvalues(2e-3, "tanh", count=2).real
     coarse, fine = (growth_rates(bend=2e-3, twist=1e-3, nodes=n, count=4) for n in (65, 129))
     np.testing.assert_allclose(fine[::2], fine[1::2], rtol=1e-6)
@@ -18,8 +18,8 @@ def test_without_a_moment_each_planar_rate_comes_twice():
 
 
 @pytest.mark.parametrize("moment", [1e-2, 2e-2])
-def test_with_a_moment_the_rods_grow_at_the_fastest_rate(moment):
-    """From noise, over the times when the fastest mode is alone and still small: within 1 % at N = 128."""
+def test_with_a_moment_rods_grow_at_the_fastest_rate(moment):
+    """From noise, while the fastest mode dominates and is still small: within 1 % at N = 128."""
     settings = {"bend": 2e-3, "twist": 1e-3, "moment": moment, "nodes": 129}
     fastest = growth_rates(**settings)[0]
     nodes, s = settings.pop("nodes"), np.linspace(-0.5, 0.5, 129)

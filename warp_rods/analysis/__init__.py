@@ -1,16 +1,16 @@
-"""From a trajectory to numbers: ``wr.measure`` takes measures, ``wr.measures`` lists them.
+"""From a trajectory to numbers: ``wr.measure`` computes measures, ``wr.measures`` lists them.
 
-registry, listing                    the table of all measures, and how it is printed
+registry, listing                    the table of all measures, and its printed form
 shape, motion, balance, writhe       measures of single rods
-motion_class                         which of the known motions of swimmers a rod shows
+motion_class                         classification of the motion of swimmers
 curvature, settling, membrane        measures of filaments on their membrane
-kymograph                            growing filaments: where their energy sits
+kymograph                            distribution of energy along growing filaments
 swarm                                order, motion, correlations and shapes of many rods
-crossings, segment_sweeps            rods that passed through each other
-bootstrap                            intervals of statistics over rods
-described                            how a measure is labelled
-diagnostics, sensing                 the measures of swimmers and of filaments, by themselves
-summary                              the table that ends a run
+crossings, segment_sweeps            rods that pass through each other
+bootstrap                            confidence intervals of statistics over rods
+described                            labels of measures
+diagnostics, sensing                 the measures of swimmers and of filaments alone
+summary                              the table at the end of a run
 """
 
 import lazy_loader

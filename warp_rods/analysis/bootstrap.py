@@ -16,18 +16,18 @@ def bootstrap(
     level: float = 0.68,
     seed: int = 0,
 ) -> xr.Dataset:
-    """A statistic over the rods, ``value``, and its percentile interval of this level, ``low`` to ``high``.
+    """A statistic over the rods, ``value``, with its percentile interval of this ``level``, ``low`` to ``high``.
 
-    ``values`` have a dim ``rod``, which is resampled with replacement. ``statistic(array, axis=0)`` reduces it, and
-    must cope with NaN for failed rods and inf for those that did not settle. One seed gives one interval.
+    ``values`` have a dimension ``rod``, which is resampled with replacement. ``statistic(array, axis=0)`` reduces it,
+    and must accept NaN of failed rods and inf of rods that did not settle. Equal seeds give equal intervals.
     """
     rods = values.transpose("rod", ...)
     rng, count = np.random.default_rng(seed), rods.sizes["rod"]
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)  # NaN says it
+        warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)  # the result is NaN
         whole = np.asarray(statistic(rods.values, axis=0))
         drawn = [statistic(rods.values[rng.integers(count, size=count)], axis=0) for _ in range(resamples)]
-    ordered = np.sort(drawn, axis=0)  # an order statistic, where interpolation would fail on inf
+    ordered = np.sort(drawn, axis=0)  # order statistics, as interpolation fails for inf
     tail = round((1 - level) / 2 * (resamples - 1))
     kept = rods.isel(rod=0, drop=True)
     bounds = {"value": whole, "low": ordered[tail], "high": ordered[-1 - tail]}

@@ -1,8 +1,8 @@
-"""How often rods pass through each other, or through themselves.
+"""The number of times that rods pass through each other or through themselves.
 
-A rod is taken as a chain of straight segments whose nodes move along straight lines, each at constant speed, from one
-frame to the next. For that motion the count is exact. Where frames are so far apart that rods move by more than their
-distance, such straight paths may cross more or less often than the rods did.
+A rod is a chain of straight segments whose nodes move along straight lines at constant velocity from one frame to the
+next. For this motion the count is exact. Where rods move by more than their distance between two frames, the straight
+paths may cross more or less often than the rods did.
 """
 
 from __future__ import annotations
@@ -17,22 +17,23 @@ from warp_rods.analysis.segment_sweeps import meet_in_plane, passes, stay_in_a_p
 from warp_rods.analysis.swarm.data import nodes_by_block, pairs_within, period_of, surviving
 
 GENERAL = 1e-8
-"""Each node is displaced by about this share of a segment, the same at all times: rods that meet exactly at a joint, or
-exactly at a frame, then meet clearly on one side of it."""
+"""Displacement of each node, in lengths of a segment, equal at all times. It puts the rods in general position: those
+that would meet exactly at a node, or exactly at a frame, meet on one side of it."""
 
 
 def crossings(dataset: xr.Dataset) -> xr.Dataset:
-    """Every event in which a rod passes through another or through itself.
+    """Every event in which a rod passes through another rod or through itself.
 
-    ``crossings(frame)`` is their number since the previous frame, 0 in the first. Of each event: ``event_time(event)``;
-    ``first_rod(event)`` and ``second_rod(event)``, equal for a rod through itself; and ``event_sign(event)``, +1 or −1,
-    by which the Gauss linking integral of the two jumps: half the jump of the writhe for a rod through itself.
+    ``crossings(frame)`` is their number since the previous frame, 0 in the first. For each event:
+    ``event_time(event)``; ``first_rod(event)`` and ``second_rod(event)``, equal for a rod through itself; and
+    ``event_sign(event)``, +1 or −1, the jump of the Gauss linking integral of the two rods (for a rod through itself,
+    half the jump of its writhe).
 
-    Segments that stay in one plane between two frames, such as those of a planar swarm and parallel ones, have no
-    moment at which they pass through each other. There one crossing, of sign 0, is counted when two rods that were
-    apart in the earlier frame come to overlap anywhere along them, in between or in the later frame; rods that stay
-    overlapped count again only once they have been apart. Distances are to nearest images along periods. Rods that
-    failed are left out. Raises ValueError where segments, or their paths between frames, are as long as half a period.
+    Segments that stay in one plane between two frames, such as those of a planar swarm and parallel ones, do not pass
+    through each other at a single time. In this case one crossing of sign 0 is counted when two rods that did not
+    overlap in the earlier frame begin to overlap, up to the later frame. Rods that continue to overlap count again only
+    after they have separated. Distances are those of nearest images in periodic boxes. Failed rods are left out. Raises
+    ValueError where segments, or their paths between frames, are longer than half a period.
     """
     dataset = surviving(dataset)
     period, found = period_of(dataset), [np.zeros((4, 0))]
@@ -49,9 +50,9 @@ def crossings(dataset: xr.Dataset) -> xr.Dataset:
 def crossings_per_frame(dataset: xr.Dataset) -> xr.DataArray:
     """Crossings of rods since the previous frame (frame).
 
-    How often they passed through each other or themselves: zero where sterics hold. Exact for nodes that move along
-    straight lines between frames; ``analysis.crossings`` also gives the time and the rods of each event. Rods that
-    failed are left out.
+    The number of times that rods passed through each other or through themselves; zero where steric repulsion is strong
+    enough. Exact for nodes that move along straight lines between frames; ``analysis.crossings`` also gives the time
+    and the rods of each event. Failed rods are left out.
     """
     return crossings(dataset)["crossings"]
 
@@ -62,7 +63,7 @@ def _frames(dataset: xr.Dataset) -> Iterator[np.ndarray]:
 
 
 def _described(dataset: xr.Dataset, found: list[np.ndarray]) -> xr.Dataset:
-    """The dataset of ``crossings``, from what ``_between`` found up to each frame (nothing up to the first)."""
+    """The dataset of ``crossings`` from the results of ``_between`` for each frame (none for the first)."""
     time, numbers = dataset["time"].to_numpy(), dataset["rod"].to_numpy()
     count = [part.shape[1] for part in found]
     first, second, when, sign = np.concatenate(found, axis=1)
@@ -81,9 +82,9 @@ def _described(dataset: xr.Dataset, found: list[np.ndarray]) -> xr.Dataset:
 
 
 def _between(nodes: np.ndarray, offset: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """The crossings between two times of nodes [time, rod, node, 3], earliest first.
+    """The crossings of nodes [time, rod, node, 3] between two times, in temporal order.
 
-    The two rods, the time in (0, 1] and the sign of each [4, crossing].
+    First rod, second rod, time in (0, 1] and sign of each [4, crossing].
     """
     first, second, shift = _near(nodes, period)
     rods = np.stack([first, second]) // (nodes.shape[2] - 1)
@@ -103,7 +104,7 @@ def _between(nodes: np.ndarray, offset: np.ndarray, period: np.ndarray) -> np.nd
 
 
 def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of segments whose paths come near each other, except neighbours; and the shift to the second's image."""
+    """Pairs of segments with paths near each other, neighbours excepted; and the shift to the image of the second."""
     ends = _segments(nodes)
     middle = ends.mean(axis=2)
     size = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1).max(axis=0)
@@ -130,7 +131,7 @@ def _segments(nodes: np.ndarray) -> np.ndarray:
 
 
 def _small_offset(nodes: np.ndarray) -> np.ndarray:
-    """A small displacement of each node [rod, node, 3], the same at all times."""
+    """A small displacement of each node [rod, node, 3], equal at all times."""
     size = np.linalg.norm(np.diff(nodes, axis=1), axis=-1).mean()
     return GENERAL * size * np.random.default_rng(0).standard_normal(nodes.shape)
 
@@ -138,7 +139,7 @@ def _small_offset(nodes: np.ndarray) -> np.ndarray:
 def _rods_that_meet(
     rods: np.ndarray, shift: np.ndarray, overlapped: np.ndarray, when: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of rods [2, event] that were apart and come to overlap, from their segments; and when [event]."""
+    """Pairs of rods [2, event] that begin to overlap, and the times [event] at which they do, from their segments."""
     if not len(when):
         return np.zeros((2, 0), int), np.zeros(0)
     keys, which = np.unique(np.column_stack([rods.T, shift]), axis=0, return_inverse=True)

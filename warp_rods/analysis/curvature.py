@@ -1,4 +1,4 @@
-"""Where filaments gather: Gaussian curvature under their midpoints, against that of the whole membrane."""
+"""Where filaments gather: Gaussian curvature at their midpoints, compared with that of the whole membrane."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from warp_rods.membranes.mesh import area_below, area_mean, curvatures, triangul
 from warp_rods.membranes.surfaces import Surface
 
 FLAT = 1e-9
-"""A 𝒦 of less than this share of the largest squared principal curvature counts as zero."""
+"""A 𝒦 below this fraction of the largest squared principal curvature counts as zero."""
 _GAUSS = {"units": "1/length^2", "source": "K11 K22 − K12²"}
 
 
 def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence[float] = 21) -> xr.Dataset:
-    """Histogram of 𝒦 under the midpoints, and of the area (frame, bin).
+    """Histogram of 𝒦 at the midpoints, and over the area (frame, bin).
 
     ``gauss_share(frame, bin)`` of the filaments and ``gauss_area_share(bin)`` of the area, in bins from
     ``gauss_low(bin)`` to ``gauss_high(bin)``; and the means ``gauss_mean(frame)`` and ``gauss_area_mean``. ``bins``:
-    their number, over all curvatures that occur, or their edges (1/length²); where edges leave values out the shares
-    add up to less than one. Failed rods are left out. Raises ValueError for a moving membrane: give ``surface.at(t)``.
+    their number, over all curvatures that occur, or their edges (1/length²). The shares sum to less than one where
+    values lie outside the edges. Failed rods are left out. Raises ValueError for a moving membrane: give
+    ``surface.at(t)``.
     """
     need(data, "gauss", "status")
-    _at_rest(surface)
+    _refuse_moving(surface)
     mesh = triangulate(surface)
     over_area, sampled = curvatures(surface, mesh.points).gaussian, _gauss(data)
     edges = _edges(np.concatenate([over_area, sampled.values[np.isfinite(sampled.values)]]), bins)
@@ -47,15 +48,15 @@ def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence
 
 
 def enrichment(data: xr.Dataset, surface: Surface) -> xr.Dataset:
-    """Density at 𝒦 > 0 and at 𝒦 < 0 over a uniform one (frame, side).
+    """Density at 𝒦 > 0 and at 𝒦 < 0 relative to a uniform one (frame, side).
 
-    ``enrichment(frame, side)`` is the share of the midpoints on a side over the side's share of the area,
-    ``area_share(side)``; NaN where that is zero. ``enrichment_low`` and ``enrichment_high`` are its bootstrap interval,
-    which has no width where all filaments are on one side. Failed rods are left out. Raises ValueError for a moving
-    membrane: give ``surface.at(t)``.
+    ``enrichment(frame, side)`` is the share of the midpoints on a side divided by the share of the area there,
+    ``area_share(side)``; NaN where that is zero. ``enrichment_low`` and ``enrichment_high`` are the bounds of its
+    bootstrap interval, which has zero width where all filaments are on one side. Failed rods are left out. Raises
+    ValueError for a moving membrane: give ``surface.at(t)``.
     """
     need(data, "gauss", "status")
-    _at_rest(surface)
+    _refuse_moving(surface)
     mesh = triangulate(surface)
     over_area, gauss = curvatures(surface, mesh.points), _gauss(data)
     zero = FLAT * float(np.max(over_area.principal**2))
@@ -67,15 +68,15 @@ def enrichment(data: xr.Dataset, surface: Surface) -> xr.Dataset:
     labels = {"value": "", "low": ", lower bound", "high": ", upper bound"}
     names = {"value": "enrichment", "low": "enrichment_low", "high": "enrichment_high"}
     for key, label in labels.items():
-        long_name = f"density of filaments over a uniform one{label}"
+        long_name = f"density of filaments relative to a uniform one{label}"
         found[key].attrs = attributes("1", long_name, "share of the midpoints over share of the area")
     return found.rename(names).transpose("frame", "side").assign(area_share=area)
 
 
-def _at_rest(surface: Surface) -> None:
-    """Raises ValueError for a moving membrane, whose area differs from frame to frame."""
+def _refuse_moving(surface: Surface) -> None:
+    """Raises ValueError for a moving membrane, whose area is different in each frame."""
     if surface.moving:
-        raise ValueError("this membrane moves: give surface.at(t), and the frames of that time")
+        raise ValueError("this membrane moves: give surface.at(t), and the frame at that time")
 
 
 def _gauss(data: xr.Dataset) -> xr.DataArray:
@@ -84,7 +85,7 @@ def _gauss(data: xr.Dataset) -> xr.DataArray:
 
 
 def _edges(gauss: np.ndarray, bins: int | Sequence[float]) -> np.ndarray:
-    """Edges of bins that hold all values; a 𝒦 that is constant to round-off falls into the middle one."""
+    """Edges of bins that contain all values; a 𝒦 that is constant up to round-off lies in the middle bin."""
     low, high = gauss.min(), gauss.max()
     slack = 1e-6 * max(abs(low), abs(high))
     return np.histogram_bin_edges(gauss, bins, (low - slack, high + slack))

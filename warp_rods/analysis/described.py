@@ -1,6 +1,6 @@
-"""What every measure is built with: a check of what it needs, and a DataArray that says what it holds.
+"""Functions for all measures: check the variables that they need, and label the DataArray that they return.
 
-Units are the trajectory's own of length, force and time.
+Units of length, force and time are those of the trajectory.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ def need(dataset: xr.Dataset, *names: str) -> None:
 
 
 def attributes(units: str, long_name: str, source: str = "") -> dict[str, str]:
-    """Attributes of a variable as the trajectory has them; ``source`` is the equation."""
+    """Attributes of a variable as in trajectories; ``source`` is the equation."""
     return {"units": units, "long_name": long_name, **({"source": source} if source else {})}
 
 
 def described(
     dataset: xr.Dataset, dims: Sequence[str], values: Any, units: str, long_name: str, source: str
 ) -> xr.DataArray:
-    """Values with these dims, the time of each frame, and their attributes."""
+    """A DataArray of values with these dimensions, the time of each frame, and attributes."""
     coords = {"time": dataset["time"]} if "frame" in dims and "time" in dataset.coords else {}
     return xr.DataArray(values, dims=tuple(dims), coords=coords, attrs=attributes(units, long_name, source))
 

@@ -1,4 +1,4 @@
-"""Measures of rods one by one: ``warp_rods.measure`` takes these and all others."""
+"""Measures of single rods; ``warp_rods.measure`` takes all measures."""
 
 from __future__ import annotations
 

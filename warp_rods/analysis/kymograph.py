@@ -1,4 +1,4 @@
-"""Where along a filament its energy is, against time, and when it is released: growth and buckling (Fig 5.3).
+"""Distribution of energy along growing filaments over time, and its release in buckling (Fig 5.3).
 
 Each function takes a group of filaments (``open_run(folder)[name].to_dataset()``).
 """
@@ -13,16 +13,16 @@ from warp_rods.analysis.described import attributes, need
 __all__ = ["TERMS", "dissipation_peaks", "energy_per_length", "energy_terms"]
 
 TERMS = {"twist_energy": "twist", "normal_energy": "normal bending", "geodesic_energy": "geodesic bending"}
-"""Variables of ``energy_terms``: which strain each belongs to."""
+"""Variables of ``energy_terms``, and the strain of each."""
 ROUND_OFF = 1e-9
-"""A filament whose length changes by less than this share of it over the run does not grow."""
+"""A filament whose length changes by less than this fraction over the run does not grow."""
 
 
 def energy_terms(data: xr.Dataset) -> xr.Dataset:
     """Energy density of each strain along the rod (frame, rod, node).
 
-    ``twist_energy``, ``normal_energy`` and ``geodesic_energy``, ½ B_i (Ω_i − σ_i)² of (5.28), over the coordinates
-    ``time`` and ``arc(frame, rod, node)``, the arc length from the first node, which grows with the filament.
+    ``twist_energy``, ``normal_energy`` and ``geodesic_energy`` are ½ B_i (Ω_i − σ_i)² of (5.28). The coordinate
+    ``arc(frame, rod, node)`` is the arc length from the first node, which increases as the filament grows.
     """
     need(data, "stiffness", "strain", "intrinsic", "length")
     density = 0.5 * data.stiffness * (data.strain - data.intrinsic) ** 2
@@ -38,8 +38,8 @@ def energy_per_length(data: xr.Dataset) -> xr.Dataset:
     """Energy gained per length grown (frame, rod).
 
     dE/dL of the elastic and the steric energy, second order in the time between frames; NaN where a filament does not
-    grow. A growing tip brings in the energy per length at the tip; the difference goes into drag, or into buckling
-    where dE/dL drops.
+    grow. A growing tip adds the energy per length at the tip. The difference to dE/dL is dissipated by drag, and is
+    large during buckling.
     """
     need(data, "energy", "steric_energy", "length")
     energy, length = _rates(data.energy + data.steric_energy, data.time), _rates(data.length, data.time)
@@ -51,19 +51,19 @@ def energy_per_length(data: xr.Dataset) -> xr.Dataset:
 def dissipation_peaks(data: xr.Dataset) -> xr.Dataset:
     """Largest peak of the dissipation over its median (rod).
 
-    First leave out the frames of a start far from rest, and those without growth. ``peak_ratio(rod)`` is the largest
-    dissipation over its background, the median of the frames; ``peak_time(rod)`` and ``peak_length(rod)`` say when, and
-    ``peak_energy(rod)`` is the energy dissipated above the background about it, for as long as the ratio exceeds half
-    of its largest. Smooth growth at a rate dissipates in proportion to the rate squared; the energy of a sudden event
-    hardly depends on it.
+    Leave out the frames of an initial relaxation and those without growth. ``peak_ratio(rod)`` is the largest
+    dissipation over the background, which is the median over the frames. ``peak_time(rod)`` and ``peak_length(rod)``
+    are time and length at the peak. ``peak_energy(rod)`` is the energy dissipated above the background around the peak,
+    where the ratio exceeds half of its maximum. Smooth growth dissipates in proportion to the growth rate squared; the
+    energy of a sudden event is nearly independent of the rate.
     """
     need(data, "dissipation", "length")
-    spent = data.dissipation.transpose("frame", "rod")
-    background = np.maximum(np.nanmedian(spent.values, axis=0), np.finfo(float).tiny)
-    ratio = spent / background
+    dissipation = data.dissipation.transpose("frame", "rod")
+    background = np.maximum(np.nanmedian(dissipation.values, axis=0), np.finfo(float).tiny)
+    ratio = dissipation / background
     at = ratio.fillna(0.0).argmax("frame")
     during = _around(ratio.values >= 0.5 * ratio.isel(frame=at).values, at.values)
-    excess = ((spent - background) * during).fillna(0.0)
+    excess = ((dissipation - background) * during).fillna(0.0)
     steps = np.diff(data.time.values)[:, None]
     energy = (0.5 * steps * (excess.values[1:] + excess.values[:-1])).sum(axis=0)
     length, source = data.length.transpose("frame", "rod"), "max of dissipation over its median"
@@ -84,7 +84,7 @@ def dissipation_peaks(data: xr.Dataset) -> xr.Dataset:
 
 
 def _around(condition: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Of a condition [frame, rod], the stretch of frames about ``at`` [rod] in which it holds without a break."""
+    """The contiguous frames around ``at`` [rod] in which a condition [frame, rod] is true."""
     breaks = np.cumsum(~condition, axis=0)
     return condition & (breaks == np.take_along_axis(breaks, at[None], axis=0))
 

@@ -1,4 +1,4 @@
-"""A row of the table of measures, and the table as it is printed."""
+"""A row of the table of measures, and the printed form of the table."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Literal
 import xarray as xr
 
 MEMBRANE = "membrane"
-"""Stands among the variables that a measure needs where it takes the membrane as its second argument."""
+"""Listed among the needs of a measure that takes the membrane as its second argument."""
 Kind = Literal["rods", "swimmers", "filaments", "swarm"]
 KINDS: dict[Kind, str] = {
     "rods": "rods of any kind",
@@ -23,7 +23,7 @@ KINDS: dict[Kind, str] = {
     "filaments": "filaments",
     "swarm": "all rods together",
 }
-"""What measures are of, and how the printed table says it."""
+"""What a measure applies to, and its heading in the printed table."""
 _COLUMNS = ("measure", "units", "description", "needs")
 _GAP, _NARROWEST = "  ", 24
 
@@ -43,7 +43,7 @@ class Measure:
 
     @property
     def description(self) -> str:
-        """The first line of the function's docstring, without the dims that end it."""
+        """The first line of the docstring of the function, without the dimensions at its end."""
         first = (inspect.getdoc(self.function) or "").partition("\n")[0]
         return re.sub(r"( \([^()]*\))?\.?$", "", first)
 
@@ -58,7 +58,7 @@ class Measure:
         return (*own, "surface") if self.needs_membrane else tuple(own)
 
     def cells(self) -> tuple[str, str, str]:
-        """What the printed table says of it: units, description, needs."""
+        """The cells of its row in the printed table: units, description, needs."""
         return self.units, self.description, ", ".join(self.needs)
 
 

@@ -1,4 +1,4 @@
-"""The membrane of a run, from the scene that the run was made of."""
+"""The membrane of a run, from the scene in its attributes."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def membrane_of(data: xr.DataTree | xr.Dataset) -> Surface:
     Raises RunFolderError where the scene has no membrane, and ValueError where the data have no scene.
     """
     if "scene" not in data.attrs:
-        raise ValueError("these data do not name their membrane: open the run with open_run, or give surface=")
+        raise ValueError("these data have no scene and hence no membrane: open the run with open_run, or give surface=")
     surface = Scene.parse(data.attrs["scene"]).surface
     if surface is None:
-        raise RunFolderError("The scene of this run has no [surface], so that there is no membrane to sense.")
+        raise RunFolderError("the scene of this run has no [surface]: there is no membrane")
     return make(surface.kind, surface.parameters)
 
 
 def has_membrane(data: xr.Dataset) -> bool:
-    """Whether ``membrane_of`` finds one."""
+    """Whether the scene of the data has a membrane."""
     return "surface" in tomllib.loads(data.attrs.get("scene", ""))

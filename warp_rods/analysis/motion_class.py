@@ -1,4 +1,4 @@
-"""What a swimmer has settled to: the period of its motion, and its class by name."""
+"""Late motion of swimmers: its period and its class."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ MODES = 6
 STRAIGHT = 0.05
 """Bending, root mean square over time and length, below which a rod counts as straight."""
 STEADY = 0.02
-"""Largest fluctuation of a steady shape over its size, root mean square."""
+"""Largest root-mean-square fluctuation of a steady shape, relative to its root mean square."""
 FLAT = 1e-3
-"""Largest share of bending out of one plane in a planar shape."""
+"""Largest fraction of the bending of a planar shape that is out of its plane."""
 RECURRENCE = 0.1
-"""Largest mean square distance from the shape one period earlier, over twice the variance."""
+"""Largest mean square difference from the shape one period earlier, relative to twice the variance."""
 FEWEST = 6
-"""Fewest frames of the late window."""
-TURNS = 0.1
-"""Share of its range by which a₀ must pass zero to count as changing sign."""
+"""Smallest number of frames in the late window."""
+SIGN_CHANGE = 0.1
+"""a₀ changes sign where its extrema have opposite signs and the smaller one exceeds this fraction of the larger."""
 
 
 class Motion(NamedTuple):
-    """Statistics of a late window, each [rod]."""
+    """Properties of the motion in the late window, each [rod]."""
 
     straight: np.ndarray
     steady: np.ndarray
@@ -46,16 +46,16 @@ CLASSES: dict[str, Callable[[Motion], np.ndarray]] = {
     "waving": lambda m: m.periodic & ~m.reverses,
     "flapping": lambda m: m.periodic & m.reverses,
 }
-"""What each class means. The first that holds gives the name; where none does the motion is irregular."""
+"""Definition of each class. The first that applies gives the name; a motion to which none applies is irregular."""
 
 
 def period(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
     """Period of the shape (rod).
 
-    The shortest time after which the beam-mode coefficients of both twist-free bendings recur together, refined by a
-    parabola, and at most half the window: the frames after ``since``, at even times; by default the later half. A shape
-    that has become its mirror image (a₀ → −a₀) is half a period on. NaN where the shape is steady, straight or does not
-    recur. Raises ValueError where there are fewer than ``FEWEST`` frames.
+    The shortest time after which the beam-mode coefficients of both twist-free bendings recur, refined by a parabola.
+    The window are the frames after ``since``, equally spaced in time; by default the later half of the run. The period
+    is at most half the window. The mirror image of the shape (a₀ → −a₀) marks half a period. NaN where the shape
+    is steady, straight or does not recur. Raises ValueError where there are fewer than ``FEWEST`` frames.
     """
     window = _late(dataset, since)
     shapes = _shapes(window)
@@ -67,10 +67,10 @@ def period(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
 def shape_class(dataset: xr.Dataset, since: float | None = None) -> xr.DataArray:
     """Class of the motion: U, waving, flapping, … (rod).
 
-    By name: straight, U, waving, flapping, twisted-U, S or irregular, by the table ``motion_class.CLASSES`` and the
-    twist-free bending after ``since``, by default in the later half of the run. The bending is even where more than
-    half of its square is in even beam modes; the motion reverses where a₀, and with it the swimming direction, changes
-    sign. A rod that failed is irregular. Raises ValueError as ``period``. §4.3, §4.4
+    straight, U, waving, flapping, twisted-U, S or irregular (§4.3, §4.4), from the twist-free bending after ``since``,
+    by default in the later half of the run; ``motion_class.CLASSES`` has the definitions. The bending is even where
+    more than half of its square is in even beam modes. The motion reverses where a₀, and with it the swimming
+    direction, changes sign. A failed rod is irregular. Raises ValueError as ``period`` does.
     """
     need(dataset, "status")
     window = _late(dataset, since)
@@ -86,7 +86,7 @@ def _motion(window: xr.Dataset) -> Motion:
     leading = shapes[:, :, 1, 0]
     low, high = leading.min(axis=0), leading.max(axis=0)
     k = bending(window, twist_free=True)
-    # In a plane k keeps its phase but for the sign, and |Σ k²| = Σ |k|².
+    # In a plane the phase of k is constant up to its sign, hence |Σ k²| = Σ |k|².
     flatness = abs(np.sum(k**2, axis=(0, 2))) / np.maximum(np.sum(abs(k) ** 2, axis=(0, 2)), np.finfo(float).tiny)
     return Motion(
         straight=_straight(shapes),
@@ -94,12 +94,12 @@ def _motion(window: xr.Dataset) -> Motion:
         planar=1 - flatness < FLAT,
         even=np.sum(shapes[..., ::2] ** 2, axis=(0, 2, 3)) > 0.5 * size,
         periodic=np.isfinite(_recurrence(shapes, window["time"].to_numpy())),
-        reverses=np.minimum(high, -low) > TURNS * np.maximum(high, -low),
+        reverses=np.minimum(high, -low) > SIGN_CHANGE * np.maximum(high, -low),
     )
 
 
 def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
-    """The frames after ``since``, without a last one that comes early; ValueError for filaments, or too few frames."""
+    """The frames after ``since``, without a last one at a shorter interval; ValueError for filaments or few frames."""
     need(dataset, "activity")
     time = dataset["time"].to_numpy()
     start = (time[0] + time[-1]) / 2 if since is None else since
@@ -108,7 +108,9 @@ def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
         frames = frames[:-1]
     spacing = np.diff(time[frames])
     if len(frames) < FEWEST or np.ptp(spacing) > 1e-6 * spacing[0]:
-        raise ValueError(f"{FEWEST} frames or more at even times after {start:g} are needed; there are {len(frames)}")
+        raise ValueError(
+            f"needs {FEWEST} frames or more, equally spaced in time, after {start:g}; there are {len(frames)}"
+        )
     return dataset.isel(frame=frames)
 
 
@@ -127,7 +129,7 @@ def _steady(shapes: np.ndarray) -> np.ndarray:
 
 
 def _recurrence(shapes: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Shortest time after which shapes [frame, rod, ...] at even times recur, NaN where they do not [rod]."""
+    """Shortest time [rod] after which shapes [frame, rod, ...] at equal intervals recur; NaN where they do not."""
     frames, rods = shapes.shape[:2]
     moving = (shapes - shapes.mean(axis=0)).reshape(frames, rods, -1)
     overlap = np.fft.irfft((abs(np.fft.rfft(moving, 2 * frames, axis=0)) ** 2).sum(axis=2), axis=0)[:frames]
@@ -137,11 +139,11 @@ def _recurrence(shapes: np.ndarray, time: np.ndarray) -> np.ndarray:
     early, late = summed[frames - 1 - lag], summed[-1] - summed[lag - 1]
     distance = 1 - 2 * overlap[lag] / np.maximum(early + late, np.finfo(float).tiny)
     left, here, right = distance[:-2], distance[1:-1], distance[2:]
-    # Over one period the distance averages to 1: a dip before it has risen is a ripple, not a recurrence.
+    # The mean of the distance over a period is 1: a minimum before it has risen is a ripple, not a recurrence.
     risen = np.maximum.accumulate(here, axis=0) > 0.5
-    dips = risen & (here < RECURRENCE) & (here <= left) & (here < right)
-    first = dips.argmax(axis=0)[None]
+    minima = risen & (here < RECURRENCE) & (here <= left) & (here < right)
+    first = minima.argmax(axis=0)[None]
     a, b, c = (np.take_along_axis(part, first, axis=0)[0] for part in (left, here, right))
-    shift = 0.5 * (a - c) / np.where(dips.any(axis=0), a - 2 * b + c, 1.0)
+    shift = 0.5 * (a - c) / np.where(minima.any(axis=0), a - 2 * b + c, 1.0)
     found = (lag[1:-1][first[0]] + shift) * (time[-1] - time[0]) / (frames - 1)
-    return np.where(dips.any(axis=0), found, np.nan)
+    return np.where(minima.any(axis=0), found, np.nan)

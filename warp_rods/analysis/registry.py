@@ -1,14 +1,13 @@
-"""Every measure by its name, and ``measure``, which takes any of them from a group or a whole run.
+"""The table of measures, and ``measure``, which computes any of them for one ensemble or a whole run.
 
-To add one, write a function of a group that returns a DataArray with units, long_name and source
-(``described.described``), or a Dataset of several, and give it a row of ``MEASURES``; the first line of its docstring
-describes it. A row of ``warp_rods.draw.measured.PLOTS`` gives it a plot. Your own script can add rows to both.
+To add one, write a function of an ensemble that returns a DataArray with units, long_name and source
+(``described.described``), or a Dataset of several, and give it a row of ``MEASURES``. The first line of its docstring
+is its description. A row of ``warp_rods.draw.measured.PLOTS`` gives it a plot. A script can add rows to both tables.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from warp_rods.analysis.membrane import has_membrane, membrane_of
 from warp_rods.analysis.swarm import motion as swarm_motion
 from warp_rods.analysis.swarm import order, shapes, space
 from warp_rods.analysis.swarm.data import swimmers_of, together
+from warp_rods.errors import nearest
 from warp_rods.membranes.surfaces import Surface
 
 __all__ = ["MEASURES", "Measure", "Measures", "measure", "measures"]
@@ -70,13 +70,13 @@ MEASURES = Measures(
         "crossings": Measure(crossings.crossings_per_frame, "swarm", "1", ("position",)),
     }
 )
-"""Every measure: its function, what it is of, the units of its values, and what it needs."""
+"""Every measure: its function, what it applies to, the units of its values, and what it needs."""
 
 
 def measures(data: xr.Dataset | xr.DataTree | None = None) -> Measures:
-    """The table of measures, with their units and what they need; given data, of those whose needs the data meet.
+    """The table of measures with their units and needs; for given data, those that can be computed from the data.
 
-    ``help(wr.measures()["speed"].function)`` explains one and its options.
+    ``help(wr.measures()["speed"].function)`` explains one measure and its options.
     """
     if data is None:
         return Measures(MEASURES)
@@ -84,13 +84,13 @@ def measures(data: xr.Dataset | xr.DataTree | None = None) -> Measures:
 
 
 def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.Dataset:
-    """The measures of these names in one Dataset; ``measures()`` lists them.
+    """The measures with these names in one Dataset; ``measures()`` lists them.
 
-    ``data``: one ensemble, ``open_run(folder)[name]``, or a whole run. Measures of swarms take all swimmers of a run
-    together; the others take one ensemble. An option goes to every measure here that accepts it. Measures that need the
-    membrane find it in the scene of the run; ``surface=`` gives another, such as ``surface.at(t)`` of one that moves.
-    Raises ValueError for an unknown name or option, for a run where one ensemble is needed, and where the data lack
-    what a measure needs.
+    ``data``: one ensemble, ``open_run(folder)[name]``, or a whole run. Measures of swarms combine all swimmers of a
+    run; the others take one ensemble. An option goes to every measure in the call that accepts it. Measures that need
+    the membrane take it from the scene of the run; ``surface=`` replaces it, for example by ``surface.at(t)`` of a
+    moving one. Raises ValueError for an unknown name or option, for a run where one ensemble is needed, and where the
+    data lack a variable that a measure needs.
     """
     return take(MEASURES, data, names, options)
 
@@ -98,9 +98,9 @@ def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.D
 def take(
     table: Mapping[str, Measure], data: xr.Dataset | xr.DataTree, names: Sequence[str], options: Mapping[str, Any]
 ) -> xr.Dataset:
-    """The measures of these names in a table, as ``measure`` takes them."""
+    """The measures with these names in a table, as ``measure`` computes them."""
     if not names:
-        raise ValueError("no measure is named: measures(data) lists those that there are for these data")
+        raise ValueError("no measure is named: measures(data) lists those for these data")
     rows = {name: named(table, name) for name in names}
     _check_options(rows, options)
     for name, row in rows.items():
@@ -111,11 +111,9 @@ def take(
 
 
 def named(table: Mapping[str, Measure], name: str) -> Measure:
-    """The row of this name; raises ValueError with the nearest name and all that there are where it is not known."""
+    """The row with this name; raises ValueError with the nearest and all known names where it is unknown."""
     if name not in table:
-        near = get_close_matches(str(name), table, 1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise ValueError(f"no measure called {name}{hint}: there are {', '.join(table)}")
+        raise ValueError(f"no measure called {name}{nearest(name, table)}: there are {', '.join(table)}")
     return table[name]
 
 
@@ -129,7 +127,7 @@ def _check_options(rows: Mapping[str, Measure], options: Mapping[str, Any]) -> N
 
 
 def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None) -> str:
-    """Why a measure cannot be taken of these data; empty where it can."""
+    """Why a measure cannot be computed from these data; empty where it can."""
     if not isinstance(data, (xr.Dataset, xr.DataTree)):
         return f"data: {type(data).__name__}; give one ensemble or a run as open_run reads it"
     try:
@@ -147,7 +145,7 @@ def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None
 
 
 def _groups(row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
-    """The ensembles to be measured: several only for a swarm. Raises ValueError where one of a run must be chosen."""
+    """The ensembles of the data, several only for a swarm. Raises ValueError where one of several must be chosen."""
     if isinstance(data, xr.Dataset):
         return [data]
     if len(data.children) < 2:
@@ -159,7 +157,7 @@ def _groups(row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
 
 
 def _taken(name: str, row: Measure, data: xr.Dataset | xr.DataTree, options: Mapping[str, Any]) -> xr.Dataset:
-    """One measure as a Dataset whose variables say, by the attribute ``measure``, which one they are of."""
+    """One measure as a Dataset; the attribute ``measure`` of its variables is its name."""
     groups = _groups(row, data)
     if len(groups) > 1:
         assert isinstance(data, xr.DataTree)
@@ -172,5 +170,7 @@ def _taken(name: str, row: Measure, data: xr.Dataset | xr.DataTree, options: Map
     found = row.function(group, *needed, **own)
     found = found.to_dataset(name=name) if isinstance(found, xr.DataArray) else found
     if "rod" in found.dims and "rod" not in found.coords:
-        found = found.assign_coords(rod=np.arange(found.sizes["rod"]))  # where some failed, others have numbers
+        found = found.assign_coords(
+            rod=np.arange(found.sizes["rod"])
+        )  # measures without failed rods have numbers already
     return found.assign({key: found[key].assign_attrs(measure=name) for key in found.data_vars})

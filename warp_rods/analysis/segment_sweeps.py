@@ -1,7 +1,6 @@
-"""When two segments pass through each other while their ends move linearly from one time to the next.
+"""Times at which two segments pass through each other while their ends move linearly from time 0 to time 1.
 
-Pairs of segments are arrays [time, pair, end, 3] at the times 0 and 1; the second segment is the image nearest the
-first.
+Pairs of segments are arrays [time, pair, end, 3] at both times; the second segment is the image nearest to the first.
 """
 
 from __future__ import annotations
@@ -11,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 FLAT = 1e-9
-"""Two segments stay in one plane where their ends leave it by less than this share of their lengths."""
+"""Two segments stay in one plane where their ends leave it by less than this fraction of their lengths."""
 BISECTIONS = 52
 
 
 class Passes(NamedTuple):
-    """Pair and time in (0, 1] of each pass [pass], and its sign: +1 where the Gauss integral of the pair grows."""
+    """Pair and time in (0, 1] of each passage [passage], and its sign: +1 where the Gauss integral increases."""
 
     pair: np.ndarray
     time: np.ndarray
@@ -24,9 +23,9 @@ class Passes(NamedTuple):
 
 
 def stay_in_a_plane(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Which pairs are in one plane all the time, so that there is no moment of passing through [pair].
+    """Whether both segments of a pair stay in one plane, so that there is no single time of passage [pair].
 
-    In a fixed plane, in one that turns with them, or parallel; ``meet_in_plane`` is for those.
+    The plane may be fixed or rotate, or the segments may be parallel. ``meet_in_plane`` treats these pairs.
     """
     a, b, w = first[:, :, 1] - first[:, :, 0], second[:, :, 1] - second[:, :, 0], second[:, :, 0] - first[:, :, 0]
     one, other = (np.linalg.norm(side, axis=-1).max(axis=0) for side in (a, b))
@@ -35,11 +34,12 @@ def stay_in_a_plane(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def passes(first: np.ndarray, second: np.ndarray) -> Passes:
-    """Every time at which one segment goes through the other, both in their interiors.
+    """Every time at which one segment passes through the other.
 
-    The four ends are in one plane at the roots of the cubic (a × b)·w, for sides a, b and w from start to start. They
-    pass where the cubic changes its sign and the segments meet. A segment includes its start and not its end, and a
-    cubic that vanishes counts as positive: so chains of segments and of times miss nothing and count nothing twice.
+    The four ends lie in one plane at the roots of the cubic (a × b)·w, where a and b are the segments as vectors and w
+    joins their starts. The segments pass where the cubic changes sign and they intersect. A segment includes its start
+    but not its end, and a cubic of value zero counts as positive, so that in chains of segments and of times every
+    passage counts exactly once.
     """
     a, b, w = first[:, :, 1] - first[:, :, 0], second[:, :, 1] - second[:, :, 0], second[:, :, 0] - first[:, :, 0]
     volume = _volume(a, b, w)
@@ -53,10 +53,10 @@ def passes(first: np.ndarray, second: np.ndarray) -> Passes:
 
 
 def sign_changes(c: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where cubics Σ c_k t^k, c [4, cubic], change sign in (0, 1]: which cubic, when, and +1 from − to + or −1.
+    """Sign changes of cubics Σ c_k t^k, c [4, cubic], in (0, 1]: number of the cubic, time, and +1 (− to +) or −1.
 
     ``start``, ``end``: their values at 0 and 1 without the round-off of the sum, so that the end of one interval equals
-    the start of the next to the bit.
+    the start of the next bit by bit.
     """
     control = _bernstein(c)
     some = np.flatnonzero(~(np.all(control > 0, axis=0) & (end >= 0) | np.all(control < 0, axis=0) & (end < 0)))
@@ -74,9 +74,9 @@ def sign_changes(c: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.
 
 
 def meet_in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For pairs that stay in a plane: whether they overlap at time 0, and when they first do in (0, 1], or inf.
+    """For pairs that stay in a plane: whether they overlap at time 0, and the first time in (0, 1] of overlap, or inf.
 
-    That is when an end of one passes over the other, or at time 1 where they overlap then.
+    Overlap begins when an end of one segment reaches the other; at time 1 it is checked directly.
     """
     p, q = _in_plane(first, second)
     time = np.full(p.shape[1], np.inf)
@@ -95,14 +95,14 @@ def meet_in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _in_plane(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both segments in centred coordinates of their plane [time, pair, end, 2]."""
+    """Both segments in coordinates of their plane, relative to a common centre [time, pair, end, 2]."""
     at = [np.concatenate([(1 - t) * s[0] + t * s[1] for s in (first, second)], axis=1) for t in (0.0, 0.5, 1.0)]
     edges = [p[:, [1, 3, 2]] - p[:, [0, 2, 0]] for p in at]
     normals = np.concatenate([np.cross(e[:, [0, 0, 1]], e[:, [1, 2, 2]]) for e in edges], axis=1)
     pairs = np.arange(first.shape[1])
     normal = normals[pairs, np.argmax(np.sum(normals**2, axis=2), axis=1)]
     along = first[0, :, 1] - first[0, :, 0]
-    # All on one line: any plane that contains it will do.
+    # All on one line: use any plane that contains it.
     line = np.sum(normal**2, axis=1) < (FLAT * np.sum(along**2, axis=1)) ** 2
     normal[line] = np.cross(along[line], np.eye(3)[np.argmin(np.abs(along[line]), axis=1)])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -122,7 +122,7 @@ def _overlap(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def _sides(segment: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """On which side of a segment [pair, end, 2] points [pair, point, 2] are, by sign [pair, point]."""
+    """The side of a segment [pair, end, 2] on which points [pair, point, 2] lie, as a sign [pair, point]."""
     side, to = segment[:, 1] - segment[:, 0], points - segment[:, [0]]
     return side[:, None, 0] * to[..., 1] - side[:, None, 1] * to[..., 0]
 
@@ -156,7 +156,7 @@ def _volume(a: np.ndarray, b: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 def _bernstein(c: np.ndarray) -> np.ndarray:
-    """Control values of cubics on [0, 1], between which they stay."""
+    """Bernstein coefficients of cubics on [0, 1], which bound their values."""
     return np.stack([c[0], c[0] + c[1] / 3, c[0] + (2 * c[1] + c[2]) / 3, c[0] + c[1] + c[2] + c[3]])
 
 
@@ -165,7 +165,7 @@ def _value(c: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def _turning_points(c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The two times in [0, 1], in order, between which cubics are monotone; 0 or 1 where there are fewer."""
+    """The two extrema in [0, 1], in order, between which cubics are monotone; 0 or 1 where there are fewer."""
     # Roots of c1 + 2 c2 t + 3 c3 t² without cancellation.
     root = np.sqrt(np.maximum(c[2] ** 2 - 3 * c[3] * c[1], 0.0))
     q = -(c[2] + np.copysign(root, c[2]))

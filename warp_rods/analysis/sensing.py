@@ -1,7 +1,7 @@
-"""Filaments that sense their membrane: where they gather, and when they have settled.
+"""Curvature-sensing filaments: where they gather, and when they have settled.
 
-The measures take one ensemble of a run (``open_run(folder)[name].to_dataset()``), and its membrane where they need it.
-``warp_rods.measure`` takes the same measures and finds the membrane itself.
+The functions take one ensemble of a run (``open_run(folder)[name].to_dataset()``), and its membrane where they need it.
+``warp_rods.measure`` computes the same measures and takes the membrane from the scene.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _ROWS = Measures({name: ALL[name] for name in _NAMES})
 
 
 def measure(data: xr.Dataset, surface: Surface, *names: str) -> xr.Dataset:
-    """Measures of filaments on this membrane by name, all of ``MEASURES`` where none is given.
+    """Measures of filaments on this membrane by name; all of ``MEASURES`` by default.
 
-    Raises ValueError where a name is not known, listing those that are.
+    Raises ValueError for an unknown name, listing the known ones.
     """
     chosen = names or _NAMES
     needed = any(_ROWS[name].needs_membrane for name in chosen if name in _ROWS)

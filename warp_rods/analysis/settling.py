@@ -1,4 +1,4 @@
-"""When filaments have settled: in place, and in energy."""
+"""Times at which filaments have settled, in position and in energy."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from warp_rods.analysis.described import attributes, need
 def settling_time(data: xr.Dataset, distance: float = 0.1, quiet: float = 0.2) -> xr.Dataset:
     """Time from which the midpoint stays in place (rod).
 
-    The first saved time from which it stays within ``distance`` rod lengths of its final place. inf where less than a
-    share ``quiet`` of the run is left by then: a filament that still drifts gets near its final place late, whenever
-    the run ends. So a median holds as long as fewer than half are inf. NaN for failed rods.
+    The first saved time from which it stays within ``distance`` rod lengths of its final place. inf where this is in
+    the last fraction ``quiet`` of the run, as a filament that still drifts is near its final place only late, however
+    long the run. A median over rods is therefore valid as long as fewer than half are inf. NaN for failed rods.
     """
     need(data, "position", "length", "status")
     middle = data.position.isel(node=data.sizes["node"] // 2)
@@ -28,10 +28,10 @@ def settling_time(data: xr.Dataset, distance: float = 0.1, quiet: float = 0.2) -
 def relaxation_time(data: xr.Dataset, fraction: float = 0.95) -> xr.Dataset:
     """Time by which a fraction of the energy is released (rod).
 
-    The first saved time from which the energy, elastic and steric, differs from its final value by no more than 1 −
-    ``fraction`` of its largest excess over it. inf where the dissipation at the end would release more than that in
-    another run as long; NaN for failed rods. Nearly all energy of a random start is bending, and is released long
-    before a filament has found its place: a ``fraction`` of 0.9999 shows that search.
+    The first saved time from which the energy, elastic and steric, exceeds its final value by at most 1 − ``fraction``
+    of its largest excess. inf where the final dissipation rate, over another run of the same duration, would release
+    more than that; NaN for failed rods. Nearly all energy of a random start is bending, which is released long before a
+    filament reaches its place; a ``fraction`` of 0.9999 shows this slower motion.
     """
     need(data, "energy", "steric_energy", "dissipation", "status")
     energy = data.energy + data.steric_energy
@@ -45,7 +45,7 @@ def relaxation_time(data: xr.Dataset, fraction: float = 0.95) -> xr.Dataset:
 
 
 def _last_true(condition: xr.DataArray, time: xr.DataArray) -> xr.DataArray:
-    """The first time [rod] from which a condition [frame, rod] never holds again; it does not at the end."""
+    """The first time [rod] from which a condition [frame, rod] stays false; it is false at the end."""
     frames = condition.transpose("frame", "rod").values
     after = np.where(frames.any(axis=0), len(frames) - np.argmax(frames[::-1], axis=0), 0)
     return xr.DataArray(time.values[after], dims="rod")

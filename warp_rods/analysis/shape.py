@@ -14,11 +14,11 @@ from warp_rods.rods.free.shapes import from_midpoint
 def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:
     """Ω₁ + iΩ₂ [frame, rod, node]; of swimmers in the gauge of (C.49), in which Ω₁ is odd and Ω₂ even.
 
-    The gauge is one angle per rod for all frames, by least squares: how the directors were chosen in the cross-section
-    changes no more than a common sign. A planar rod that bends evenly has its signed curvature in Ω₂, one that
-    bends oddly in Ω₁. Filaments keep their frame, which the membrane gives. ``twist_free`` turns the frame of each node
-    back by ∫τ from the middle. This keeps the parities, and stays smooth where twist winds up the material frame
-    within one node spacing.
+    The gauge is one angle per rod for all frames, by least squares, so that the choice of directors in the
+    cross-section only affects a common sign. A planar rod with even bending has its signed curvature in Ω₂, one with
+    odd bending in Ω₁. The frame of filaments is fixed by the membrane. ``twist_free`` rotates the frame at each node
+    back by ∫τ from the middle. This preserves parities, and the result is smooth even where the material frame rotates
+    by more than a radian from node to node.
     """
     strain = strains(dataset)
     k = strain[..., 1] + 1j * strain[..., 2]
@@ -27,7 +27,7 @@ def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:
         k = k * np.exp(1j * turn * lengths(dataset)[:, None])
     if "activity" not in dataset:
         return k
-    # k(s)k(−s) is the square of the even part less that of the odd: both are real and negative in the gauge.
+    # k(s)k(−s) is the square of the even part minus that of the odd part, which is real and negative in the gauge.
     angle = -0.5 * np.angle(-np.sum(k * k[..., ::-1], axis=(0, 2)))
     return k * np.exp(1j * angle)[:, None]
 
@@ -35,9 +35,9 @@ def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:
 def mode_coefficients(dataset: xr.Dataset, count: int = 6, twist_free: bool = False) -> xr.DataArray:
     """Bending on the beam modes (frame, rod, component, mode).
 
-    a_k = ∫ Ω φ_k d(s/L) on the first ``count`` L²-normalised modes. ``component`` 1 and 2 are the two bendings, in the
-    gauge of ``shape.bending``: a swimmer with the symmetry of appendix C.4 has odd modes in 1 and even modes in 2.
-    ``twist_free``: of the Bishop frame. (4.49), (4.50)
+    a_k = ∫ Ω φ_k d(s/L) for the first ``count`` L²-normalised modes (4.49), (4.50). ``component`` 1 and 2 are the two
+    bendings in the gauge of ``shape.bending``: a swimmer with the symmetry of appendix C.4 has odd modes in 1 and even
+    modes in 2. ``twist_free``: bending in the Bishop frame.
     """
     k = bending(dataset, twist_free)
     values = [modes.coefficients(part, dataset["s"].to_numpy(), count) for part in (k.real, k.imag)]
@@ -51,7 +51,7 @@ def mode_coefficients(dataset: xr.Dataset, count: int = 6, twist_free: bool = Fa
 def twist_harmonics(dataset: xr.Dataset, count: int = 6) -> xr.DataArray:
     """Twist on the harmonics (frame, rod, harmonic).
 
-    b_k = ∫ Ω₀ γ_k d(s/L) on the first ``count`` harmonics. (4.48)
+    b_k = ∫ Ω₀ γ_k d(s/L) for the first ``count`` harmonics (4.48).
     """
     twist = strains(dataset)[..., 0]
     values = modes.harmonic_coefficients(twist, dataset["s"].to_numpy(), count)
@@ -62,7 +62,7 @@ def twist_harmonics(dataset: xr.Dataset, count: int = 6) -> xr.DataArray:
 
 
 def total_twist(dataset: xr.Dataset) -> xr.DataArray:
-    """Turns of the material about the centre line (frame, rod).
+    """Turns of the material frame about the centre line (frame, rod).
 
     ∫ τ ds/2π from end to end, by the trapezoid rule.
     """

@@ -1,4 +1,4 @@
-"""The table that ``warp-rods`` prints at the end of a run: one row per ensemble, from the trajectory."""
+"""The table that ``warp-rods run`` prints at the end: one row per ensemble, from the trajectory."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from rich.table import Table
 
 
 def summary(data: xr.DataTree, order: list[str]) -> Table:
-    """Mean energy, ⟨𝒦⟩ or mean speed, worst residual of the constraints, and lost rods; where two, start → end."""
-    table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "worst residual", "lost")
+    """Mean energy and ⟨𝒦⟩ (start → end) or mean speed, largest residuals of the constraints, number of failed rods."""
+    table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "largest residuals", "failed")
     for name in order:
         d = data[name].to_dataset()
         first, last = d.isel(frame=0), d.isel(frame=-1)
@@ -29,7 +29,7 @@ def _change(first: float, last: float) -> str:
 
 
 def _speed(d: xr.Dataset) -> str:
-    """Mean over the rods of |r(T) − r(0)|/T of the middle node."""
+    """|r(T) − r(0)|/T of the middle node, averaged over the rods."""
     middle = d.position.isel(node=d.sizes["node"] // 2)
     displacement = middle.isel(frame=-1) - middle.isel(frame=0)
     span = float(d.time[-1] - d.time[0])

@@ -4,14 +4,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 _CURVES_AT_ONCE = 32
-"""Bounds the memory: a curve of 65 nodes has 1953 pairs of segments."""
+"""Limits the memory: a curve of 65 nodes has 1953 pairs of segments."""
 
 
 def writhe(position: ArrayLike) -> np.ndarray:
     """(1/4π) ∬ (r₁−r₂)·dr₁×dr₂/|r₁−r₂|³ of curves [..., node, 3] taken as polygons; returns [...].
 
-    Right-handed coils count positive; planar and straight curves give 0 to round-off. A pair of segments adds the
-    solid angle of directions from which they are seen to cross (Banchoff 1976; Klenin and Langowski 2000, method 1a).
+    Positive for right-handed coils; zero to round-off for planar curves. A pair of segments contributes the solid angle
+    of directions from which they appear to cross (Banchoff 1976; Klenin and Langowski 2000, method 1a).
     """
     position = np.asarray(position, dtype=np.float64)
     curves = position.reshape(-1, *position.shape[-2:])
@@ -21,7 +21,7 @@ def writhe(position: ArrayLike) -> np.ndarray:
 
 
 def _crossings(curves: np.ndarray) -> np.ndarray:
-    """Sum over pairs of segments, each once [curve]; neighbours lie in a plane and add nothing."""
+    """Sum over pairs of segments, each once [curve]; neighbours lie in a plane and contribute nothing."""
     first, second = np.triu_indices(curves.shape[1] - 1, k=2)
 
     def between(i: np.ndarray, j: np.ndarray) -> np.ndarray:
@@ -29,7 +29,7 @@ def _crossings(curves: np.ndarray) -> np.ndarray:
         length = np.linalg.norm(chord, axis=-1, keepdims=True)
         return chord / np.where(length > 0, length, 1.0)
 
-    # Seen from one segment the other sweeps a planar parallelogram with these corners: two triangles.
+    # The directions from one segment to the other form a spherical quadrilateral with these corners: two triangles.
     corners = [between(first + i, second + j) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))]
     halves = _triangle(corners[0], corners[2], corners[1]) + _triangle(corners[0], corners[3], corners[2])
     return halves.sum(axis=1)

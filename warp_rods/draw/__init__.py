@@ -1,10 +1,11 @@
 """From a trajectory to pictures: ``wr.plot`` draws measures, ``wr.export_usd`` makes an animation.
 
-measured                             the table of plots, one a measure
+measured                             the table of plots, one for each measure
 over_time, distributions,
-correlations, maps                   what draws them
-plots, figure                        the house style; rods as lit tubes
-swarm                                the measures and plots of swarms, by themselves
+correlations, maps                   the functions that draw them
+plots, figure, style, tubes          the house style; rods drawn as shaded tubes
+swarm                                the measures and plots of swarms alone
+exporters                            the table of exporters: files for other programs
 usd                                  the animation of a run
 """
 

@@ -10,16 +10,16 @@ import xarray as xr
 from warp_rods.draw.labels import BLUE, GUIDE, label, plain_numbers
 
 LATE = 0.5
-"""Correlations are averaged over this last share of the run."""
+"""Correlations are averaged over the frames after this fraction of the run."""
 
 
 def mean_square_displacement(axes: Any, measured: xr.DataArray) -> None:
-    """Against lag, both logarithmic, with the slopes of straight motion and of diffusion."""
+    """Against lag on logarithmic axes, with the slopes of straight motion and of diffusion."""
     lag, msd = measured["lag"].to_numpy(), measured.to_numpy()
     axes.loglog(lag, msd, color=BLUE)
     limits = axes.get_ylim()
-    axes.plot(lag, msd[0] * (lag / lag[0]) ** 2, label="straight motion, lag²", **GUIDE)
-    axes.plot(lag, msd[-1] * lag / lag[-1], label="diffusion, lag", **(GUIDE | {"linestyle": ":"}))
+    axes.plot(lag, msd[0] * (lag / lag[0]) ** 2, label="straight motion, ∝ lag²", **GUIDE)
+    axes.plot(lag, msd[-1] * lag / lag[-1], label="diffusion, ∝ lag", **(GUIDE | {"linestyle": ":"}))
     axes.set(ylim=limits, xlabel=label(measured["lag"]), ylabel=label(measured))
     plain_numbers(axes.xaxis)
     plain_numbers(axes.yaxis)
@@ -37,7 +37,7 @@ def displacement_exponent(axes: Any, measured: xr.DataArray) -> None:
 
 
 def pair_correlation(axes: Any, measured: xr.DataArray) -> None:
-    """g(r), mean over the later half of the frames, and the error of one frame of independent rods."""
+    """g(r) averaged over the later half of the frames, and the standard error of one frame of independent rods."""
     late = _late(measured)
     error = 1 / np.sqrt(np.maximum(late["expected"].mean("frame").to_numpy(), 1e-9))
     r = late["r"].to_numpy()
@@ -49,7 +49,7 @@ def pair_correlation(axes: Any, measured: xr.DataArray) -> None:
 
 
 def velocity_correlation(axes: Any, measured: xr.DataArray) -> None:
-    """C_v(r), mean over the later half of the frames."""
+    """C_v(r) averaged over the later half of the frames."""
     values = _late(measured).mean("frame")
     axes.plot(values["r"], values, color=BLUE, marker="o")
     axes.axhline(0, **GUIDE)
@@ -58,7 +58,7 @@ def velocity_correlation(axes: Any, measured: xr.DataArray) -> None:
 
 
 def _late(measured: xr.DataArray) -> xr.DataArray:
-    """The later frames at distances that have a value; another measure may have bins in between.
+    """The later frames at the distances that have a value; a dataset of several measures has other bins, too.
 
     Raises ValueError where there are none.
     """

@@ -1,4 +1,4 @@
-"""Plots of how a value is distributed over the rods, or over the membrane: functions ``(axes, measured)``."""
+"""Distributions of a value over the rods or over the membrane: functions ``(axes, measured)``."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from warp_rods.analysis.motion_class import CLASSES
 from warp_rods.draw.labels import BLUE, GUIDE, bin_edges, label
 
 FEW = 10
-"""So many rods are drawn one by one."""
+"""Up to this number, rods are drawn one by one."""
 
 
 def histogram(axes: Any, measured: xr.DataArray) -> None:
-    """Number of rods by value, or the value of each of a few rods; the title counts those without a value."""
+    """Histogram over the rods, or the value of each where they are few; the title counts rods without a value."""
     known = measured[np.isfinite(measured.to_numpy())]
     if known.size > FEW:
         axes.hist(known, bins="auto", color=BLUE, alpha=0.5)
@@ -40,7 +40,7 @@ def classes(axes: Any, measured: xr.DataArray) -> None:
 
 
 def settled(axes: Any, measured: xr.DataArray) -> None:
-    """Share of the rods that have settled by a time; inf has not, and NaN, a failed rod, does not count."""
+    """Fraction of rods that have settled against time; inf is not settled, and NaN, a failed rod, does not count."""
     known = np.sort(measured.to_numpy()[~np.isnan(measured.to_numpy())])
     finite = known[np.isfinite(known)]
     axes.step(np.append(0, finite), np.arange(len(finite) + 1) / max(len(known), 1), where="post", color=BLUE)
@@ -57,7 +57,7 @@ def speed_distribution(axes: Any, measured: xr.DataArray) -> None:
 
 
 def curvature_histogram(axes: Any, measured: xr.Dataset) -> None:
-    """Shares of the filaments in the last frame, beside those of the area."""
+    """Fractions of the filaments in the last frame, and of the area."""
     edges = np.append(measured["gauss_low"].to_numpy(), measured["gauss_high"].to_numpy()[-1])
     last = measured.isel(frame=-1)
     axes.stairs(last["gauss_share"], edges, color=BLUE, fill=True, alpha=0.5, label="filaments")
@@ -68,6 +68,6 @@ def curvature_histogram(axes: Any, measured: xr.Dataset) -> None:
 
 
 def peaks(axes: Any, measured: xr.Dataset) -> None:
-    """Height of the largest peak against the time of it."""
+    """Height of the largest peak against its time."""
     axes.semilogy(measured["peak_time"], measured["peak_ratio"], "o", color=BLUE)
     axes.set(xlabel=label(measured["peak_time"]), ylabel=label(measured["peak_ratio"]))

@@ -1,4 +1,4 @@
-"""The class of our figures. It inherits from Matplotlib's, hence is imported only where a figure is made."""
+"""The class of figures. It inherits from Matplotlib's, and is therefore imported only where a figure is made."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ DISPLAY_RESOLUTION = 200
 """Dots per inch in a notebook."""
 
 
-class HouseFigure(Figure):
-    """A figure that is saved in the house style, and that a notebook shows, though pyplot does not know it."""
+class StyledFigure(Figure):
+    """A figure that is saved in the house style, and that notebooks show although it is not registered with pyplot."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """As Matplotlib's, in the house style."""
+        """As ``Figure.savefig``, in the house style."""
         with style():
             super().savefig(fname, **options)
 

@@ -1,4 +1,4 @@
-"""Labels, axes and bins that plots of measures have in common."""
+"""Labels, axes and bins that several plots use."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ BAND: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
 
 
 def label(measured: xr.DataArray) -> str:
-    """Its long name and units, on two lines where that is long."""
+    """The long name and units of a measure, on two lines where they are long."""
     units = str(measured.attrs.get("units", "1")).replace("^2", "²").replace("^3", "³").replace("*", "·")
     return fill(str(measured.attrs["long_name"]) + (f" ({units})" if units not in ("", "1") else ""), 38)
 
 
 def times(axes: Any, measured: xr.DataArray | xr.Dataset) -> np.ndarray:
-    """The times of the frames [frame]; the horizontal axis is that of time."""
+    """The times of the frames [frame]; labels the horizontal axis."""
     axes.set_xlabel("time")
     return measured["time"].to_numpy()
 
@@ -34,7 +34,7 @@ def bin_edges(middles: np.ndarray) -> np.ndarray:
 
 
 def plain_numbers(axis: Any) -> None:
-    """A few plain numbers on a logarithmic axis, even where it spans less than a decade."""
+    """A few plain numbers on a logarithmic axis, also where it spans less than a decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()
@@ -44,7 +44,7 @@ def plain_numbers(axis: Any) -> None:
 
 
 def panels(axes: Any, rows: int) -> list[Any]:
-    """Panels above each other in the place of these axes, which make the figure higher than one alone."""
+    """Panels above each other that replace these axes; the figure becomes higher for each additional one."""
     if rows == 1:
         return [axes]
     place = axes.get_subplotspec()

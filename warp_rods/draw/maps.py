@@ -12,7 +12,7 @@ from warp_rods.draw.labels import bin_edges, label, panels, times
 
 
 def density_map(axes: Any, measured: xr.DataArray) -> None:
-    """The map of the last frame; in space its mean along z."""
+    """The map of the last frame; in three dimensions its mean along z."""
     last = measured.isel(frame=-1)
     last = last.mean("z") if last.ndim == 3 else last
     one, other = last.dims
@@ -24,7 +24,7 @@ def density_map(axes: Any, measured: xr.DataArray) -> None:
 
 
 def energy_terms(axes: Any, measured: xr.Dataset, rod: int = 0) -> None:
-    """Kymographs of the three energy densities of one rod; each scale leaves out the largest hundredth.
+    """Kymographs of the three energy densities of one rod; each colour scale ends at the 99th percentile.
 
     Raises ValueError where there is no such rod.
     """

@@ -1,7 +1,7 @@
-"""A plot of every measure: the table ``PLOTS``, and ``plot``, which draws any of them.
+"""Plots of measures: the table ``PLOTS``, and ``plot``, which draws any of them.
 
-To add one, write a function ``(axes, measured, **options)`` of Matplotlib's axes and of what ``measure`` found, a
-DataArray, or a Dataset where the measure gives several variables; and give it a row of ``PLOTS``.
+To add one, write a function ``(axes, measured, **options)`` and give it a row of ``PLOTS``. ``axes`` are Matplotlib
+axes; ``measured`` is the DataArray of a measure, or a Dataset where the measure has several variables.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ PLOTS: dict[str, Callable[..., None]] = {
     "shape_shares": over_time.shape_shares,
     "crossings": over_time.crossings,
 }
-"""By name of the measure: what draws it. ``over_time.curve`` serves any with one value per frame, or frame and rod."""
+"""Plot function of each measure. ``over_time.curve`` draws any measure over (frame) or (frame, rod)."""
 
 
 def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Any:
-    """The figure of one measure, which a notebook shows; saved as ``path``.png and ``path``.svg where a path is given.
+    """The figure of one measure; saved as ``path``.png and ``path``.svg where a path is given.
 
-    ``data``: what ``measure`` found, or what it takes. Options go to the plot or to the measure, whichever accepts
-    them. Raises ValueError as ``measure`` does, and where a measure has no plot.
+    ``data``: the result of ``measure``, or data that ``measure`` takes. Options go to the plot function or to the
+    measure, whichever accepts them. Raises ValueError as ``measure`` does, and where the measure has no plot.
     """
     named(MEASURES, name)
     if name not in PLOTS:
@@ -78,7 +78,7 @@ def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = No
 
 
 def _measured(data: xr.Dataset | xr.DataTree, name: str, options: dict[str, Any]) -> xr.Dataset:
-    """The variables of one measure, taken now unless the data are measured already."""
+    """The variables of one measure, computed unless the data contain them already."""
     known = []
     if isinstance(data, xr.Dataset):
         known = [key for key, array in data.data_vars.items() if array.attrs.get("measure") == name]

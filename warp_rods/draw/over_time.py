@@ -12,16 +12,16 @@ from warp_rods.draw.labels import BAND, BLUE, GUIDE, ORANGE, label, panels, time
 from warp_rods.draw.style import OKABE_ITO
 
 ROUND_OFF = 1e-17
-"""Errors that are smaller are drawn as this."""
+"""Smaller errors are drawn at this value."""
 
 
 def curve(axes: Any, measured: xr.DataArray) -> None:
-    """One value per frame; of several rods the median, and the band that the middle half of them is in."""
+    """One value per frame; for several rods the median and the interquartile range."""
     measured = _known(measured)
     time = times(axes, measured)
     if measured.sizes.get("rod", 1) > 1:
         low, middle, high = measured.quantile([0.25, 0.5, 0.75], "rod").to_numpy()
-        axes.fill_between(time, low, high, color=BLUE, label="middle half of the rods", **BAND)
+        axes.fill_between(time, low, high, color=BLUE, label="interquartile range", **BAND)
         axes.plot(time, middle, color=BLUE, label="median")
         axes.legend()
     else:
@@ -32,18 +32,18 @@ def curve(axes: Any, measured: xr.DataArray) -> None:
 
 
 def error(axes: Any, measured: xr.DataArray) -> None:
-    """The size of an error that should vanish; of several rods the median and the worst."""
+    """Magnitude of an error; for several rods the median and the largest."""
     size = abs(_known(measured)).clip(min=ROUND_OFF)
     time = times(axes, size)
     axes.semilogy(time, size.median("rod"), color=BLUE, label="median")
     if size.sizes["rod"] > 1:
-        axes.semilogy(time, size.max("rod"), color=ORANGE, label="worst rod")
+        axes.semilogy(time, size.max("rod"), color=ORANGE, label="largest")
         axes.legend()
     axes.set_ylabel(label(measured))
 
 
 def modes(axes: Any, measured: xr.DataArray) -> None:
-    """Each coefficient (…, component, mode) or (…, harmonic); of several rods its root mean square."""
+    """Each coefficient (…, component, mode) or (…, harmonic); for several rods its root mean square."""
     of = str(measured.dims[-1])
     each = measured.transpose("frame", "rod", ..., of)
     several = each.sizes["rod"] > 1
@@ -61,7 +61,7 @@ def modes(axes: Any, measured: xr.DataArray) -> None:
 
 
 def order(axes: Any, measured: xr.DataArray) -> None:
-    """An order parameter between 0 and 1, beside that of as many rods of random direction."""
+    """An order parameter between 0 and 1, and its value for the same number of rods with random directions."""
     curve(axes, measured)
     axes.axhline(measured.attrs["isotropic"], label="random directions, 1/√N", **GUIDE)
     axes.set_ylim(0, 1.02)
@@ -69,10 +69,10 @@ def order(axes: Any, measured: xr.DataArray) -> None:
 
 
 def local_order(axes: Any, measured: xr.DataArray) -> None:
-    """The mean over the rods, and the band that the middle half of them is in."""
+    """The mean over the rods and the interquartile range."""
     low, high = measured.quantile([0.25, 0.75], "rod").to_numpy()
     time = times(axes, measured)
-    axes.fill_between(time, low, high, color=BLUE, label="middle half of the rods", **BAND)
+    axes.fill_between(time, low, high, color=BLUE, label="interquartile range", **BAND)
     axes.plot(time, measured.mean("rod"), color=BLUE, label=f"mean, within {measured.attrs['radius']:.3g} of each rod")
     axes.set_ylim(0, 1.02)
     axes.set_ylabel(label(measured))
@@ -80,7 +80,7 @@ def local_order(axes: Any, measured: xr.DataArray) -> None:
 
 
 def enrichment(axes: Any, measured: xr.Dataset) -> None:
-    """Both sides with their bootstrap intervals, beside the value of uniformly spread filaments."""
+    """Enrichment at 𝒦 > 0 and 𝒦 < 0 with bootstrap intervals, and its value for uniformly distributed filaments."""
     time = times(axes, measured)
     for side, colour, sign in (("positive", BLUE, ">"), ("negative", ORANGE, "<")):
         part = measured.sel(side=side)
@@ -94,7 +94,7 @@ def enrichment(axes: Any, measured: xr.Dataset) -> None:
 
 
 def shape_shares(axes: Any, measured: xr.DataArray) -> None:
-    """Shares of the classes, one on top of the other."""
+    """Fractions of the shape classes, stacked."""
     time = times(axes, measured)
     names = [str(name) for name in measured["shape"].to_numpy()]
     axes.stackplot(time, measured.transpose("shape", "frame").to_numpy(), labels=names, colors=OKABE_ITO, linewidth=0)

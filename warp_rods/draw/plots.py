@@ -1,11 +1,11 @@
-"""Figures in the house style, with rods drawn as lit tubes. Sizes are in millimetres.
+"""Figures in the house style, with rods drawn as shaded tubes. Sizes are in millimetres.
 
     with plots.style():
         figure = plots.figure()
         plots.tubes(figure.subplots(), position)
     plots.save(figure, "rods")  # rods.png and rods.svg
 
-Figures are Matplotlib's, without pyplot: no window, no global list of figures, and no change of its settings.
+Figures are Matplotlib figures made without pyplot: no window, no global list of figures, no change of settings.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = [
     "RESOLUTION",
     "STYLE",
     "figure",
-    "letter",
+    "panel_title",
     "save",
     "scale_bar",
     "style",
@@ -34,14 +34,14 @@ __all__ = [
 
 def figure(width: float = COLUMN, height: float = 60.0) -> Any:
     """An empty ``matplotlib.figure.Figure`` of this size in mm; draw on it within ``style()``."""
-    from warp_rods.draw.figure import HouseFigure
+    from warp_rods.draw.figure import StyledFigure
 
     with style():
-        return HouseFigure(figsize=(width / 25.4, height / 25.4), layout="constrained")
+        return StyledFigure(figsize=(width / 25.4, height / 25.4), layout="constrained")
 
 
 def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
-    """Write ``stem``.png and ``stem``.svg, making the folder; returns both paths. Equal figures give equal bytes."""
+    """Write ``stem``.png and ``stem``.svg, creating the folder; returns both paths. Equal figures give equal bytes."""
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
     png, svg = stem.with_name(stem.name + ".png"), stem.with_name(stem.name + ".svg")
@@ -50,6 +50,6 @@ def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
     return png, svg
 
 
-def letter(axes: Any, text: str) -> None:
-    """Name a panel, above its left corner."""
+def panel_title(axes: Any, text: str) -> None:
+    """The title of a panel, above its upper left corner."""
     axes.set_title(text, loc="left", fontweight="bold")

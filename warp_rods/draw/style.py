@@ -1,4 +1,4 @@
-"""The house style of figures: sizes, fonts, and colours that everyone can tell apart."""
+"""The house style of figures: sizes, fonts and colours."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 COLUMN, PAGE = 86.0, 178.0
 """Widths of a column and of a page of a journal, mm."""
 OKABE_ITO = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-"""Colours that people with any colour vision tell apart (Okabe and Ito 2008)."""
+"""Colours that can be distinguished with any type of colour vision (Okabe and Ito 2008)."""
 COLOUR_MAP = "viridis"
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -32,7 +32,7 @@ STYLE: dict[str, Any] = {
     "grid.linewidth": 0.4,
     "grid.color": "0.85",
     "image.cmap": COLOUR_MAP,
-    "svg.hashsalt": "warp_rods",  # or names inside an SVG, and with them its bytes, change from run to run
+    "svg.hashsalt": "warp_rods",  # otherwise identifiers in an SVG, and its bytes, would differ from run to run
 }
 RESOLUTION = 300
 """Dots per inch of PNG, and of the tubes inside an SVG."""
@@ -40,7 +40,7 @@ RESOLUTION = 300
 
 @contextlib.contextmanager
 def style() -> Iterator[None]:
-    """What is drawn within this context is in the house style; Matplotlib's settings are as before afterwards."""
+    """Draw in the house style within this context; the settings of Matplotlib are restored afterwards."""
     import matplotlib
 
     with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Measures of swarms and their plots: ``warp_rods.measure`` and ``warp_rods.plot`` take these and all others."""
+"""Measures of swarms and their plots alone; ``warp_rods.measure`` and ``warp_rods.plot`` take all measures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ROWS = Measures({name: row for name, row in ALL.items() if row.of == "swarm"})
 MEASURES: dict[str, Callable[..., xr.DataArray | xr.Dataset]] = {name: row.function for name, row in _ROWS.items()}
 """By name: functions ``(dataset, **options)``."""
 PLOTS = {name: measured.PLOTS[name] for name in _ROWS}
-"""By name of the measure: what draws it, a function ``(axes, measured)``."""
+"""Plot function ``(axes, measured)`` of each measure."""
 
 
 def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.Dataset:

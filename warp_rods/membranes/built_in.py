@@ -1,7 +1,7 @@
-"""The built-in surfaces: their parameters, their boxes, and which values are impossible.
+"""The built-in surfaces: their parameters, their boxes, and checks of their values.
 
 To add one: a Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` in ``kernels/surface/fields.py``, and a row of ``SURFACES``
-with its name, its parameters and its box. Lengths are in the scene's unit. Importing this imports no kernels.
+with its name, its parameters and its box. Lengths are in the unit of the scene. This module imports no kernels.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from warp_rods.values import Number, Positive, must_be, number, shown
 __all__ = ["SPARE", "SURFACES", "Parameter", "SurfaceKind"]
 
 SPARE = 1.02
-"""Boxes are larger than the surfaces in them by this factor."""
+"""Boxes are larger than their surfaces by this factor."""
 ALLOWED = {"positive": Positive, "any number": Number}
-"""What a parameter may be asked to be."""
+"""Kinds of allowed values of a parameter."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Parameter:
     allowed: str = "positive"
 
     def read(self, name: str, value: Any, faults: list[Fault]) -> Any:
-        """The value as numbers and formulas in t; adds to the faults what is wrong with it."""
+        """The value as numbers and formulas in t; appends its faults to ``faults``."""
         if self.size == 1 and value is not None:
             return self._read_one((name,), value, faults)
         if not isinstance(value, tuple) or len(value) != self.size:
@@ -65,16 +65,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class SurfaceKind:
-    """A row of the table: a field with its parameters in the order of its vector p, a box, and impossible values."""
+    """A row of the table: a field, its parameters in the order of its vector p, its box, and a check of values."""
 
     function: Any
     """The Warp function x, p -> φ, ∇φ, ∇∇φ, or the name of one in ``kernels/surface/fields.py``."""
     parameters: dict[str, Parameter]
     box: Callable[[Values], tuple[float, float, float]]
-    """Half the edges of a box round the origin that holds the surface (of an open one: the patch that is used)."""
+    """Half the edges of a box around the origin that contains the surface (for an open one: the part that is used)."""
     closed: bool = True
     check: Callable[[Values], str | None] = lambda values: None
-    """What is impossible about these values, each already of the right type and sign."""
+    """Why these values are impossible, or None. Each value already has the right type and sign."""
 
     @property
     def field(self) -> Any:
@@ -91,7 +91,7 @@ class SurfaceKind:
         return tuple(self.parameters)
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
-        """The values with defaults filled in, and what is wrong with them."""
+        """The values with defaults filled in, and their faults."""
         faults: list[Fault] = []
         values = {
             name: parameter.read(name, raw.get(name, parameter.default), faults)
@@ -117,8 +117,8 @@ def _torus_fault(v: Values) -> str | None:
 def _cassini_fault(v: Values) -> str | None:
     if v["b"] > v["a"]:
         return None
-    said = f"b = {v['b']} must be larger than a = {v['a']}"
-    return f"{said}: at b = a the neck closes, and for b < a the surface is in two parts"
+    fault = f"b = {v['b']} must be larger than a = {v['a']}"
+    return f"{fault}: at b = a the neck closes, and for b < a the surface has two parts"
 
 
 def _undulated_fault(v: Values) -> str | None:
@@ -126,7 +126,7 @@ def _undulated_fault(v: Values) -> str | None:
     lowest = np.sqrt(max(R * R - 3 * bumps, 0.0))  # x·∇φ ≥ r (2r − √3 ε k) is positive from this radius on
     if 2 * lowest > np.sqrt(3) * bumps * k:
         return None
-    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or break off; reduce either"
+    return f"amplitude = {bumps} and wavenumber = {k}: the bumps may overhang or separate; reduce either"
 
 
 def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
@@ -134,7 +134,7 @@ def _revolved(radius: float, half_length: float) -> tuple[float, float, float]:
 
 
 def _tube(radius: float, length: float) -> tuple[float, float, float]:
-    """Half the box of an open tube along z, which is cut where the scene says; a little larger across."""
+    """Half the box of an open tube along z of this length; slightly larger than the tube across."""
     return SPARE * radius, SPARE * radius, length / 2
 
 

@@ -1,4 +1,4 @@
-"""Every kind of surface by its name in a scene, and how its values are read. Builds nothing, imports no kernels."""
+"""Every kind of surface by its name in a scene, and the check of its values. Builds nothing, imports no kernels."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from warp_rods.values import key_path, must_be, nearest
 
 __all__ = ["GIVEN", "KINDS", "motion_faults", "read"]
 
-INSTANTS = 50
-"""Times of a run at which the values of a moving surface are checked before it starts."""
+CHECKED_TIMES = 50
+"""Number of times at which the values of a moving surface are checked before a run."""
 
 GIVEN: dict[str, Kind] = {"expression": Expression(), "grid": Grid()}
-"""Kinds of surface that a user gives, as a formula or a file."""
+"""Kinds of surface given by the user, as a formula or a file."""
 
 KINDS: MutableMapping[str, Kind] = ChainMap(GIVEN, SURFACES)  # type: ignore[arg-type]
 """Every kind of surface."""
 
 
 def read(kind: Any, raw: Any) -> tuple[dict[str, Any], list[Fault]]:
-    """The values of a surface with defaults filled in, and what is wrong with them, before it is built."""
+    """The values of a surface with defaults filled in, and their faults; the surface is not built."""
     if not isinstance(kind, str) or kind not in KINDS:
         return {}, [(("kind",), must_be(f"one of {', '.join(KINDS)}", kind) + nearest(kind, KINDS))]
     if not isinstance(raw, dict):
@@ -44,8 +44,8 @@ def read(kind: Any, raw: Any) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def motion_faults(kind: str, values: Values, end: float) -> list[Fault]:
-    """What first becomes impossible about the values of a moving surface before the time ``end``."""
-    for time in np.linspace(0.0, end, INSTANTS if end else 1) if motion.is_moving(values) else ():
+    """The first faults of the values of a moving surface up to the time ``end``."""
+    for time in np.linspace(0.0, end, CHECKED_TIMES if end else 1) if motion.is_moving(values) else ():
         try:
             now = motion.values_at(values, time)
         except motion.MotionError as error:
@@ -56,6 +56,6 @@ def motion_faults(kind: str, values: Values, end: float) -> list[Fault]:
 
 
 def _at_time(time: float, fault: Fault) -> Fault:
-    """The same fault, said of the surface at a time."""
+    """The fault, with the time at which it occurs."""
     loc, text = fault
     return (), f" at t = {time:.4g}: {(key_path(loc) + text).removeprefix(': ')}"

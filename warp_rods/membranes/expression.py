@@ -1,4 +1,4 @@
-"""The surface whose φ is a formula: kind = "expression" of a scene."""
+"""The surface with a formula for φ: kind = "expression" in a scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Expression:
     keys = ("phi", "box", "parameters")
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
-        """The values with defaults filled in, and what is wrong with them, as far as the text alone tells."""
+        """The values with defaults filled in, and their faults, as far as these follow from the text alone."""
         faults: list[Fault] = []
         box = _box(raw.get("box"), faults)
         parameters = _parameters(raw.get("parameters", {}), faults)
@@ -32,7 +32,7 @@ class Expression:
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values; raises FormulaError for a φ that cannot be differentiated.
 
-        Surfaces of one formula share a field, whatever their parameters.
+        Surfaces with the same formula share one field, whatever the values of their parameters.
         """
         from warp_rods.membranes.field_source import field
 
@@ -66,26 +66,28 @@ def _box(value: Any, faults: list[Fault]) -> tuple[tuple[float, ...], ...]:
 
 
 def _parameters(value: Any, faults: list[Fault]) -> dict[str, Any] | None:
-    """Numbers or formulas in t by name; None where there is no table of them, without which phi cannot be checked."""
+    """Numbers or formulas in t by name; None where they are not a table, so that phi cannot be checked."""
     if not isinstance(value, Mapping) or len(value) > MOST_PARAMETERS:
         faults.append((("parameters",), must_be(f"a table of numbers by name, {MOST_PARAMETERS} at most", value)))
         return None
     kept: dict[str, Any] = {}
     for name, given in value.items():
         if not formula.usable_name(name):
-            text = ": cannot be the name of a parameter: use letters, digits and _, and no name in use already"
+            text = (
+                ": cannot be the name of a parameter: use letters, digits and _, and no name that has a meaning already"
+            )
             faults.append((("parameters", name), text))
             continue
         try:
             kept[name] = _number_or_formula(given)
         except ValueError as error:
-            kept[name] = 0.0  # so that phi is not blamed for this name, too
+            kept[name] = 0.0  # so that this name is not reported as unknown in phi, too
             faults.append((("parameters", name), must_be("a number, or a formula in t", given, str(error))))
     return kept
 
 
 def _number_or_formula(value: Any) -> float | str:
-    """Raises ValueError with what to say, which may be empty."""
+    """Raises ValueError, possibly with a hint."""
     if not isinstance(value, str):
         return number(value)
     formula.function_of_time(value)(0.0)

@@ -1,4 +1,4 @@
-"""From φ as a formula to a Warp function of φ, ∇φ and ∇∇φ: differentiated, shared parts found, written out."""
+"""From a formula for φ to a Warp function of φ, ∇φ and ∇∇φ: symbolic derivatives, common subexpressions, source."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ CALLS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "ata
 
 @functools.cache
 def field(phi: str, names: tuple[str, ...]) -> Any:
-    """The Warp function x, p -> φ, ∇φ, ∇∇φ of a formula, p its parameters in the order of ``names``.
+    """The Warp function x, p -> φ, ∇φ, ∇∇φ of a formula; p are its parameters in the order of ``names``.
 
-    Raises FormulaError for a formula that is not allowed, or cannot be differentiated.
+    Raises FormulaError for a formula that is not allowed or cannot be differentiated.
     """
     source = field_source(expression(phi, names))
     return written_field(f"field_{hashlib.sha256(source.encode()).hexdigest()[:16]}", source)
@@ -33,7 +33,7 @@ def field(phi: str, names: tuple[str, ...]) -> Any:
 def field_source(phi: Any) -> str:
     """Source of ``field(x, p)`` for an expression in x0, x1, x2 and p0, p1, …; the same text in every process.
 
-    Raises FormulaError where it is not real, or its derivatives are too long.
+    Raises FormulaError where the expression is not real, or its derivatives are too long.
     """
     x = sympy.symbols("x:3")
     gradient = [sympy.diff(phi, a) for a in x]
@@ -52,7 +52,7 @@ def field_source(phi: Any) -> str:
 
 
 class _Lines:
-    """One line an operation; the same operation is written once."""
+    """Lines of source, one for each operation; equal operations are written once."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -61,7 +61,7 @@ class _Lines:
         self.written: dict[str, str] = {}
 
     def name(self, part: Any) -> str:
-        """What holds the value of this part, written out first where it must be."""
+        """The name of the variable with the value of this part; its lines are written first where necessary."""
         if part not in self.names:
             self.names[part] = _literal(part) if part.is_number else self._operation(part)
         return self.names[part]
@@ -83,7 +83,7 @@ class _Lines:
             return self._product(part)
         kind = type(part).__name__
         if kind not in CALLS:
-            raise FormulaError(f"it holds {kind}, which has no meaning for real numbers here")
+            raise FormulaError(f"it contains {kind}, which has no meaning for real numbers here")
         return self.line(f"wp.{kind}({', '.join(self.name(a) for a in part.args)})")
 
     def _chain(self, sign: str, names: list[str]) -> str:
@@ -93,7 +93,7 @@ class _Lines:
         return total
 
     def _product(self, part: Any) -> str:
-        """Divided once, by the product of the denominators."""
+        """A product with one division, by the product of the denominators."""
         factors = part.as_ordered_factors()
         below = [f for f in factors if f.is_Pow and f.exp.is_number and f.exp.is_negative]
         above = [f for f in factors if f not in below and f != -1]
@@ -114,7 +114,7 @@ class _Lines:
         return self.line(f"wp.pow({b}, {_literal(exponent)})")
 
     def _whole_power(self, name: str, n: int) -> str:
-        """By squaring: wp.pow takes much longer."""
+        """An integer power by squaring, as wp.pow is much slower."""
         if n == 1:
             return name
         if n % 2:
@@ -124,11 +124,11 @@ class _Lines:
 
 
 def _literal(number: Any) -> str:
-    """A number as one float64 literal: Warp works out quotients of literals in float32."""
+    """A number as one float64 literal, as Warp evaluates quotients of literals in float32."""
     try:
         value = float(number)
     except (TypeError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
-        raise FormulaError(f"it holds {str(number)[:40]}, which is not a finite real number")
+        raise FormulaError(f"it contains {str(number)[:40]}, which is not a finite real number")
     return f"wp.float64({value!r})"

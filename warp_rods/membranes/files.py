@@ -1,4 +1,4 @@
-"""Arrays and meshes in files that give a surface: read, and refused where they cannot give one."""
+"""Read arrays and meshes from files, and refuse those that do not define a surface."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ __all__ = ["ARRAYS", "FEWEST_NODES", "MESHES", "MOST_NODES", "FileError", "read_
 
 ARRAYS, MESHES = (".npy",), (".obj", ".stl", ".ply")
 FEWEST_NODES = 8
-"""Nodes along an axis of a grid that a spline needs."""
+"""Smallest number of nodes along each axis of a grid for a spline."""
 MOST_NODES = 2e7
 
 
 class FileError(ValueError):
-    """A file that gives no surface; the message follows the file's name."""
+    """A file that defines no surface; the message follows the name of the file."""
 
 
 def read_array(path: Path) -> np.ndarray:
-    """The array [x, y, z] in a file, its values not yet read; raises FileError for one of another form."""
+    """The array [x, y, z] in a file, memory-mapped; raises FileError for an array of another form."""
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, EOFError) as error:
@@ -35,15 +35,15 @@ def read_array(path: Path) -> np.ndarray:
 
 
 def read_mesh(path: Path) -> Any:
-    """The triangles of an OBJ, STL or PLY file, facing outwards; raises FileError where they enclose nothing."""
+    """The triangles of an OBJ, STL or PLY file, facing outwards; raises FileError where they are not closed."""
     import trimesh
 
     try:
         mesh = trimesh.load_mesh(path)
-    except Exception as error:  # each reader of that library has its own
+    except Exception as error:  # each reader of trimesh raises its own
         raise FileError(f"cannot be read as a mesh: {error}") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise FileError("holds no triangles")
+        raise FileError("contains no triangles")
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     if not mesh.is_watertight:
         raise FileError("is not closed: some edges have a triangle on one side only")

@@ -1,4 +1,4 @@
-"""The surface given on a grid by a file: kind = "grid" of a scene. A level set, a segmented stack, or a closed mesh."""
+"""The surface from a file: kind = "grid" in a scene. A level set, a segmented stack, or a closed mesh."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Grid:
     keys = ("file", "spacing", "origin")
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
-        """The values with defaults filled in, and what is wrong with them.
+        """The values with defaults filled in, and their faults.
 
-        The file is looked into only for a default: the size of a mesh, or the shape of an array.
+        The file is read only where a default needs it: the size of a mesh, or the shape of an array.
         """
         faults: list[Fault] = []
         spacing = _spacing(raw.get("spacing"), faults)
@@ -43,7 +43,7 @@ class Grid:
         return {"file": str(path), "spacing": spacing, "origin": origin}, []
 
     def level_set(self, values: Values) -> LevelSet:
-        """The surface with these values; raises FileError for a file that gives none."""
+        """The surface with these values; raises FileError for a file that defines none."""
         from warp_rods.membranes.spline import from_file
 
         path = Path(values["file"])
@@ -64,7 +64,7 @@ def _path(value: Any, faults: list[Fault]) -> Path | None:
 
 
 def _spacing(value: Any, faults: list[Fault]) -> Triple | None:
-    """Three numbers, from one or three; None where there is no value, or a wrong one."""
+    """Three numbers, from one or three; None where there is no value or a wrong one."""
     if value is None:
         return None
     try:
@@ -91,7 +91,7 @@ def _default_spacing(path: Path) -> Triple:
 
 
 def _default_origin(path: Path, spacing: Triple) -> Triple:
-    """Of an array, such that its middle is at the origin; a mesh stays where it is."""
+    """For an array, such that its middle is at the origin; a mesh is not moved."""
     if path.suffix.lower() in MESHES:
         return 0.0, 0.0, 0.0
     x, y, z = (-h * (n - 1) / 2 for h, n in zip(spacing, read_array(path).shape, strict=True))

@@ -1,4 +1,4 @@
-"""Whether φ of a formula or a file gives a surface for rods: it is there, it faces outwards, and it is smooth."""
+"""Checks that φ of a formula or a file defines a surface for rods: it exists, faces outwards, and is smooth."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ SAMPLES = 49
 MOST_POINTS = 2000
 """Points of the surface at which its gradient is computed."""
 SUSPECTS = 50
-"""Of those, the points with the least gradient for its rate of change, from which zeros of the gradient are sought."""
+"""Points with the smallest gradient relative to its derivative, from which zeros of the gradient are searched."""
 FLAT = 1e-7
-"""A gradient counts as zero where over the whole box it would make less than this share of φ's range."""
+"""A gradient counts as zero where, times the size of the box, it is below this fraction of the range of φ."""
 
 
 class Inspection(NamedTuple):
-    """What was found out about a surface."""
+    """The result of the inspection of a surface."""
 
     closed: bool
-    """Whether φ > 0 all over the faces of the box, as far as samples tell; the surface may touch a face."""
+    """Whether φ > 0 at all samples on the faces of the box; the surface may touch a face."""
     faults: list[str]
-    """What forbids rods on the surface; each follows a key path."""
+    """Why rods cannot be on the surface; each text follows a key path."""
 
 
 def inspect(surface: Surface) -> Inspection:
-    """Sample φ in the box of a surface once, and follow its gradient on the surface."""
+    """Sample φ in the box of a surface, and search for zeros of its gradient on the surface."""
     x, phi = _samples(surface)
     finite = np.abs(phi[np.isfinite(phi)])
     largest = float(finite.max()) if len(finite) else 0.0
@@ -52,7 +52,7 @@ def inspect(surface: Surface) -> Inspection:
 
 
 def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Points [n, n, n, 3] of the box, its faces included, and φ there."""
+    """Points [n, n, n, 3] of the box, including its faces, and φ there."""
     low, high = surface.box
     axes = [np.linspace(a, b, SAMPLES) for a, b in zip(low, high, strict=True)]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -60,7 +60,7 @@ def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Where φ changes sign along edges between samples [n, 3], by bisection."""
+    """Points [n, 3] on the edges between samples at which φ changes sign, by bisection."""
     ends = []
     for axis in range(3):
         a, b = (np.delete(np.moveaxis(x, axis, 0), end, axis=0) for end in (-1, 0))
@@ -77,7 +77,7 @@ def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 
 def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
-    """A jump of φ, or a point on the surface where ∇φ vanishes; ``largest``: the largest |φ| in the box."""
+    """Faults: a jump of φ, or a point on the surface where ∇φ = 0; ``largest``: the largest |φ| in the box."""
     phi, (_, g, H) = surface.phi(x), surface.derivatives(x)
     jump = ~(np.abs(phi) < 1e-6 * largest) | ~np.isfinite(g).all(axis=-1) | ~np.isfinite(H).all(axis=(-1, -2))
     if jump.any():
@@ -94,7 +94,7 @@ def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
 
 
 def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:
-    """Where Newton's iteration for ∇φ = 0 from points [n, 3] converges inside the box."""
+    """The points inside the box to which Newton's method for ∇φ = 0 converges from points [n, 3]."""
     low, high = surface.box
     step = np.full_like(x, np.inf)
     for _ in range(60):

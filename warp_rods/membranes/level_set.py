@@ -1,4 +1,4 @@
-"""What every kind of surface comes down to: a field φ with its numbers, and the box that the surface lies in."""
+"""The common representation of all kinds of surface: a field φ with its parameters, and a box around the surface."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Fault = tuple[tuple[str | int, ...], str]
 
 @dataclass(frozen=True)
 class LevelSet:
-    """A surface φ(x) = 0 with outward where φ > 0, at rest."""
+    """A surface φ(x) = 0 at rest; outward is where φ > 0."""
 
     field: Any
     """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
@@ -28,20 +28,20 @@ class LevelSet:
     """The parameters of the field [8 at most], in the order of p.v."""
     box: Box
     closed: bool | None
-    """Whether the surface is closed; None where φ has to be sampled to know."""
+    """Whether the surface is closed; None where this has to be found by sampling φ."""
     grid: np.ndarray | None = None
     """Spline coefficients [x, y, z] of a surface given on a grid."""
 
 
 class Kind(Protocol):
-    """A kind of surface: how its values are read, and the level set that they make."""
+    """A kind of surface: it checks values and makes a level set from them."""
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of its values."""
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
-        """The values with defaults filled in, and what is wrong with them. Builds nothing."""
+        """The values with defaults filled in, and their faults. Builds nothing."""
 
     def level_set(self, values: Values) -> LevelSet:
-        """The surface with these values, all of them numbers at one time."""
+        """The surface with these values, in which formulas in t have been replaced by numbers."""

@@ -14,11 +14,11 @@ from warp_rods.values import key_path
 __all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "values_at"]
 
 NOT_NUMBERS = ("kind", "phi", "file")
-"""Keys of a [surface] whose text is no formula in t."""
+"""Keys of a [surface] whose text is not a formula in t."""
 
 
 class MotionError(SceneError):
-    """A formula in t that has no value at some time; ``fault`` is which and when."""
+    """A formula in t that has no value at some time; ``fault`` names the formula and the time."""
 
     def __init__(self, fault: Fault):
         super().__init__(key_path(("surface", *fault[0])) + fault[1])
@@ -26,12 +26,12 @@ class MotionError(SceneError):
 
 
 def is_moving(values: Mapping[str, Any]) -> bool:
-    """Whether there is a formula in t among the values of a surface, in its lists and tables too."""
+    """Whether the values of a surface, including its lists and tables, contain a formula in t."""
     return any(_has_text(value) for key, value in values.items() if key not in NOT_NUMBERS)
 
 
 def values_at(values: Mapping[str, Any], time: float) -> dict[str, Any]:
-    """The values with each formula in t as its number at a time; raises MotionError where one has none then."""
+    """The values with formulas in t evaluated at this time; raises MotionError where one has no value."""
     return {key: value if key in NOT_NUMBERS else _at((key,), value, time) for key, value in values.items()}
 
 

@@ -8,19 +8,19 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes.surface import Surface
 
 LINES = 500
-"""Lines that are drawn at once."""
+"""Number of random lines in one batch."""
 SAMPLES = 256
-"""Points on each line at which the sign of φ is taken."""
+"""Points on each line at which the sign of φ is evaluated."""
 
 
 def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Points [count, 3] on the surface (of an open one: on the patch in its box), uniform in area.
+    """Points [count, 3] on the surface (for an open one: on the part in its box), uniform in area.
 
-    Crofton: straight lines, isotropic and uniform in offset, meet every piece of surface in proportion to its
-    area. Raises SceneError where lines through the box meet no surface.
+    Crofton's formula: random straight lines, isotropic and with uniform offset, intersect every part of a surface in
+    proportion to its area. Raises SceneError where no line through the box intersects the surface.
     """
     found: list[np.ndarray] = []
-    wanted = 4 * count  # a quarter is kept, so that few points come from one line
+    wanted = 4 * count  # a quarter is kept, so that few points share a line
     while sum(map(len, found)) < wanted:
         points = _crossings(surface, LINES, rng)
         found.append(points)
@@ -31,7 +31,7 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
 
 
 def _crossings(surface: Surface, lines: int, rng: np.random.Generator) -> np.ndarray:
-    """Where random lines cross φ = 0 inside the box [n, 3]."""
+    """Intersections [n, 3] of random lines with φ = 0 inside the box."""
     low, high = surface.box
     centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     d = _unit(rng.normal(size=(lines, 3)))
@@ -62,6 +62,6 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def _normals(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors [n, 3] across each unit vector d [n, 3]."""
+    """Two unit vectors [n, 3] normal to each unit vector d [n, 3] and to each other."""
     e1 = _unit(np.cross(d, np.eye(3)[np.argmin(np.abs(d), axis=-1)]))
     return e1, np.cross(d, e1)

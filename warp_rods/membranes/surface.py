@@ -1,4 +1,4 @@
-"""A surface φ(x) = 0, outward where φ > 0, at which φ and its derivatives can be evaluated."""
+"""A surface φ(x) = 0, outward where φ > 0, and the evaluation of φ and its derivatives."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from warp_rods.values import shown
 __all__ = ["INSTANT", "Surface"]
 
 INSTANT = 1e-5
-"""Half the time over which a moving surface's velocity is a difference quotient; its motion has no faster features."""
+"""Half the time interval of the difference quotient for the velocity of a moving surface."""
 
 
 class Surface:
-    """A surface: its field φ with numbers filled in. NumPy in, NumPy out; made by ``surfaces.make``.
+    """A surface: its field φ and its parameters. Takes and returns NumPy arrays; made by ``surfaces.make``.
 
-    One with a formula in t among its values moves. Its methods give it as at t = 0: see ``at`` for other times.
+    A surface with a formula in t among its values moves. Its methods then refer to t = 0; see ``at`` for other times.
     """
 
     def __init__(self, kind: str, values: Values, row: Kind):
-        """``row``: of the kind; ``values`` as ``row.read`` gives them."""
+        """``row``: that of the kind; ``values``: as ``row.read`` returns them."""
         self.kind, self.values, self._row = kind, dict(values), row
         self.moving = motion.is_moving(values)
         """Whether it changes with time."""
@@ -38,9 +38,9 @@ class Surface:
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
         self.box = level_set.box
-        """Lower and upper corner [3] of a box that holds the surface, slightly larger than it."""
+        """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)
-        """Whether the surface is closed; of an open one the patch inside ``box`` is used."""
+        """Whether the surface is closed; of an open one the part inside ``box`` is used."""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
@@ -49,11 +49,11 @@ class Surface:
         return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
 
     def parameters_at(self, time: float) -> np.ndarray:
-        """The parameters of the field [8] at a time; raises SceneError where a formula has no value then."""
+        """The parameters of the field [8] at this time; raises SceneError where a formula has no value."""
         return _numbers(self._row.level_set(motion.values_at(self.values, time))) if self.moving else self.parameters
 
     def at(self, time: float) -> Surface:
-        """The surface as it is at a time, at rest; raises SceneError where a formula has no value then."""
+        """The surface at this time, at rest; raises SceneError where a formula has no value."""
         if not self.moving:
             return self
         frozen = copy.copy(self)
@@ -69,7 +69,7 @@ class Surface:
         return phi.reshape(shape), gradient.reshape(*shape, 3), hessian.reshape(*shape, 3, 3)
 
     def _sample(self, kernel: str, points: np.ndarray, results: tuple[Any, ...]) -> list[np.ndarray]:
-        """What a kernel of ``sampler`` finds at points [..., 3]: an array [point, ...] of each of these types."""
+        """Results of a kernel of ``sampler`` at points [..., 3]: one array [point, ...] per type."""
         x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
         start()
         with exclusive:
@@ -79,9 +79,9 @@ class Surface:
             return [a.numpy() for a in arrays]
 
     def device_parameters(self, device, time: float = 0.0) -> wp.array:
-        """The parameters in an array of one element, so that a recorded step sees them change.
+        """The parameters in an array of one element, whose changes a recorded step sees.
 
-        Of a moving surface three elements: at the time, and ``INSTANT`` before and after it.
+        For a moving surface three elements: at this time, and ``INSTANT`` before and after.
         """
         times = (time, time - INSTANT, time + INSTANT) if self.moving else (time,)
         numbers = [self.parameters_at(t) for t in times]
@@ -128,7 +128,7 @@ class Surface:
             return x.numpy().reshape(np.shape(points))
 
     def second_form(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Two unit tangents t1, t2 = n×t1 [..., 3] and II = −∇n in them [..., 2, 2] (5.16) at points on the surface."""
+        """Unit tangents t1, t2 = n×t1 [..., 3] and components of −∇n [..., 2, 2] (5.16) at points on the surface."""
         _, g, H = self.derivatives(points)
         size = np.linalg.norm(g, axis=-1, keepdims=True)
         n = g / size

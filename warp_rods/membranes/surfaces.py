@@ -1,6 +1,6 @@
-"""Make a surface of any kind that a scene can name, such as ``make("sphere", {"radius": 1.0})``.
+"""Make a surface of any kind, for example ``make("sphere", {"radius": 1.0})``.
 
-The kinds are the keys of ``KINDS``; ``KINDS[kind].keys`` are the names of its values.
+The kinds are the keys of ``KINDS``; ``KINDS[kind].keys`` are the names of the values of a kind.
 """
 
 from __future__ import annotations
@@ -25,12 +25,11 @@ __all__ = ["KINDS", "Surface", "make"]
 
 
 def make(kind: str, values: Any, *, path: str = "surface", end: float = 0.0) -> Surface:
-    """Build the surface of this kind with these values, defaults filled in, and inspect one of a formula or a file.
+    """The surface of this kind with these values and defaults; surfaces from formulas and files are inspected.
 
-    values: by name, as in the table [surface] of a scene; NumPy scalars, arrays, tuples and paths are taken.
-    path: what messages call the table. end: the time until which a moving surface is checked.
-    Raises SceneError naming every fault: an unknown kind or parameter, a missing or impossible value, a φ on which
-    no rod can live.
+    values: by name, as in the table [surface] of a scene; NumPy scalars, arrays, tuples and paths are accepted. path:
+    the name of the table in messages. end: time up to which a moving surface is checked. Raises SceneError naming every
+    fault: an unknown kind or parameter, a missing or impossible value, a φ that defines no smooth surface.
     """
     filled, faults = read(plain(kind), plain(values))
     faults = faults or motion_faults(kind, filled, end)
@@ -58,7 +57,7 @@ def _built(kind: str, values: dict[str, Any], end: float) -> tuple[Any, list[Fau
 
 
 def _faults_later(surface: Surface, end: float) -> list[Fault]:
-    """What is wrong with a moving surface half way to the end and at the end."""
+    """Faults of a moving surface at half the time and at the end."""
     for time in (end / 2, end):
         closed, found = inspect(surface.at(time))
         if surface.closed and not closed and not found:

@@ -1,4 +1,4 @@
-"""A formula as a SymPy expression, to be differentiated."""
+"""A formula as a SymPy expression."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from warp_rods.formula import ALLOWED, COORDINATES, OPERATORS, FormulaReader, ch
 __all__ = ["expression"]
 
 MOST_FACTORS = 20
-"""Factors in a row: the second derivatives of a product of n have of the order of n³ parts."""
+"""Largest number of factors, as the second derivatives of a product of n factors have of the order of n³ terms."""
 LARGEST_WHOLE = 2.0**53
 
 
 def expression(text: str, names: Sequence[str]) -> sympy.Expr:
     """The formula in the symbols x0, x1, x2 and, for the parameters in their order, p0, p1, …
 
-    Raises FormulaError as ``formula.check`` does, and for a division by what is zero for all x, y, z, a power of
-    that, or a product too long to be differentiated.
+    Raises FormulaError as ``formula.check`` does, and for a division by an expression that is identically zero, a power
+    of one, and a product with too many factors.
     """
     check(text, names)
     symbols = {name: sympy.Symbol(f"x{i}") for i, name in enumerate(COORDINATES)}
@@ -30,7 +30,7 @@ def expression(text: str, names: Sequence[str]) -> sympy.Expr:
 
 
 class _SymPyReader(FormulaReader):
-    """Makes SymPy expressions of what is not a number."""
+    """A reader whose values are SymPy expressions, except for numbers."""
 
     def negated(self, value: Any) -> Any:
         return -value
@@ -53,7 +53,7 @@ class _SymPyReader(FormulaReader):
 
 
 def _exact(value: Any) -> Any:
-    """A float as SymPy's whole number, half or float, so that x**2.0 is x²; an expression as it is."""
+    """A float as an integer, half-integer or float of SymPy, so that x**2.0 is x²; an expression unchanged."""
     if not isinstance(value, float):
         return value
     if (2 * value).is_integer() and abs(value) < LARGEST_WHOLE:

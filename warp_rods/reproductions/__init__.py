@@ -1,9 +1,11 @@
-"""The dissertation"s figures and numbers, each made anew by a run of this code.
+"""The figures and numbers of the dissertation, each reproduced by simulations with this package.
 
 catalogue                            the table of reproductions
 reproduce                            runs them, and writes figure, data and table of each
-result                               what a reproduction gives
-the others                           a figure or a few each
+result                               what a reproduction returns
+integrate, swimmers, planar          simulations that several reproductions use
+sensor_figure, sensor_statistics     figure and tests of Figs 5.4 and 5.5
+the others                           one figure, or a few, each
 """
 
 import lazy_loader

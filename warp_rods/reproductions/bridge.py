@@ -1,4 +1,4 @@
-"""Fig 5.3: a filament grows from its site round the bridge between two cells, and buckles."""
+"""Fig 5.3: a filament grows from its nucleation site around the bridge between two cells, and buckles."""
 
 from __future__ import annotations
 
@@ -11,44 +11,40 @@ from warp_rods.analysis.kymograph import TERMS, dissipation_peaks, energy_terms
 from warp_rods.draw import plots
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.mesh import triangulate
-from warp_rods.reproductions.film import film
-from warp_rods.reproductions.result import Result, Row
+from warp_rods.reproductions.integrate import integrate
+from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.step_limits import SAFETY, filament_limits
 from warp_rods.theory import buckling
 
 NECK, BODY, WIDTH = 0.4, 1.0, 1.0
 STIFFNESS, INTRINSIC, DRAG = (1.0, 1.0, 0.1), (0.0, 1.0, 0.0), (1.0, 2.0, 0.1)
-"""Membrane ρ(z) = neck + (body − neck)(1 − exp(−z²/width²)), B, σ, ζ: chosen here, the text gives none."""
+"""Membrane ρ(z) = neck + (body − neck)(1 − exp(−z²/width²)), B, σ, ζ. The text gives none; they are chosen here."""
 NECKS = {0.3: (0.3, 0.6), 0.4: (0.7, 1.0), 0.5: (1.2, 1.6)}
-"""Radius of the neck → lengths between which a filament on its hoop loses stability."""
+"""Radius of the neck → two lengths between which a filament along the waist becomes unstable."""
 FIRST, LAST = 0.4, 2.0
-ASKEW = 1e-3
-"""Slope of the start against the hoop: on it exactly, a filament would stay."""
+"""Lengths of the filament at the start and at the end."""
+INITIAL_SLOPE = 1e-3
+"""Slope of the initial direction to the waist; a filament exactly along the waist would stay there."""
 VIEW = (-120.0, 12.0)
-PICTURED = (0.8, 1.2, 1.6, 2.0)
-KEPT = ("position", "strain", "energy_density", "energy", "dissipation", "length", "load", "status")
+SNAPSHOTS = (0.8, 1.2, 1.6, 2.0)
+VARIABLES = ("position", "strain", "energy_density", "energy", "dissipation", "length", "load", "status")
 
 
 def grow(quick: bool) -> Result:
-    """Shapes, kymographs of the three energies, dissipation; critical lengths; and how sudden the buckling is."""
+    """Shapes, kymographs of the three energies, dissipation, critical lengths, and how sudden the buckling is."""
     rates = np.array([0.2, 0.1]) if quick else np.array([0.2, 0.1, 0.05])
     nodes = 33 if quick else 65
-    data = _film(rates, nodes)
+    data = _growing_filaments(rates, nodes)
     terms = energy_terms(data)
-    lengths = {neck: _critical(neck, quick) for neck in (list(NECKS)[1:] if quick else NECKS)}
-    spread = max(lengths.values()) / min(lengths.values())
-    said, reading = "certain critical lengths", "loss of stability on the hoop, by the operator of ∂Ω/∂t"
-    rows = [Row(f"critical length, neck {neck:g}", said, length, reading) for neck, length in lengths.items()]
-    said = "highly dependent on membrane geometry"
-    rows.append(Row("largest over smallest critical length", said, spread, "necks of Fig 5.3's form", spread > 1.2))
-    rows += _sudden(data, rates)
-    rows += [_localised(name, terms[name], data, lengths[NECK]) for name in TERMS]
-    rows.append(_loads(data, lengths[NECK]))
+    lengths = {neck: _critical_length(neck, quick) for neck in (list(NECKS)[1:] if quick else NECKS)}
+    rows = _critical_rows(lengths) + _suddenness_rows(data, rates)
+    rows += [_localisation_row(name, terms[name], data, lengths[NECK]) for name in TERMS]
+    rows.append(_load_row(data, lengths[NECK]))
     note = (
         f"ρ(z) = {NECK:g} + {BODY - NECK:g}(1 − exp(−z²)), B = {STIFFNESS}, σ = {INTRINSIC}, ζ = {DRAG}, "
         f"L = {FIRST:g} … {LAST:g} at rates {', '.join(f'{rate:g}' for rate in rates)}, {nodes} nodes; "
-        f"the text gives none of these"
+        "the text gives none of these"
     )
     kept = xr.merge([data.drop_vars("load"), terms])
     return Result(_figure(data, terms, lengths[NECK], rates), rows, kept, (note,))
@@ -58,25 +54,25 @@ def _bridge(neck: float) -> surfaces.Surface:
     return surfaces.make("bridge", {"neck": neck, "body": BODY, "width": WIDTH, "length": 3.0})
 
 
-def _film(rates: np.ndarray, nodes: int) -> xr.Dataset:
-    """One filament a rate, at the same lengths (frame): slower ones are filmed on a slower clock."""
+def _growing_filaments(rates: np.ndarray, nodes: int) -> xr.Dataset:
+    """One filament (rod) for each rate, with frames at the same lengths; ``clock`` (frame, rod) has their times."""
     surface, parts = _bridge(NECK), []
     for rate in rates:
         rods = BoundRods(
-            surface, np.array([[-NECK, 0.0, 0.0]]), np.array([[0.0, -1.0, ASKEW]]), nodes=nodes, length=FIRST,
+            surface, np.array([[-NECK, 0.0, 0.0]]), np.array([[0.0, -1.0, INITIAL_SLOPE]]), nodes=nodes, length=FIRST,
             stiffness=STIFFNESS, intrinsic=INTRINSIC, drag=DRAG, at="start", ends=("clamped", "free"),
             growth={"rate": float(rate), "until": LAST}, device="cpu",
         )  # fmt: skip
-        everywhere = surface.project(np.array([[-NECK, 0.0, 0.0], [NECK, 0.0, 0.3], [0.0, NECK, 0.8]]))
-        dt = SAFETY * filament_limits(surface, everywhere, rods).step
-        parts.append(film(rods, np.linspace(0.0, (LAST - FIRST) / rate, 161), dt, KEPT))
+        sampled = surface.project(np.array([[-NECK, 0.0, 0.0], [NECK, 0.0, 0.3], [0.0, NECK, 0.8]]))
+        dt = SAFETY * filament_limits(surface, sampled, rods).step
+        parts.append(integrate(rods, np.linspace(0.0, (LAST - FIRST) / rate, 161), dt, VARIABLES))
     whole = xr.concat([part.drop_vars("time") for part in parts], "rod", data_vars="all")
     time = np.linspace(0.0, LAST - FIRST, 161)[:, None] / rates
     return whole.assign_coords(clock=(("frame", "rod"), time))
 
 
-def _critical(neck: float, quick: bool) -> float:
-    """Where the filament on the hoop loses stability; second order in Δs, extrapolated from two grids."""
+def _critical_length(neck: float, quick: bool) -> float:
+    """Length at which a filament along the waist becomes unstable; second order in Δs, extrapolated from two grids."""
     parameters = {"stiffness": STIFFNESS, "intrinsic": INTRINSIC, "drag": DRAG}
     coarse, fine = (
         buckling.critical_length(
@@ -87,41 +83,52 @@ def _critical(neck: float, quick: bool) -> float:
     return (4 * fine - coarse) / 3
 
 
-def _sudden(data: xr.Dataset, rates: np.ndarray) -> list[Row]:
-    """Where dissipation peaks, and how the energy spent in the peak goes with the rate: power 0 is a sudden event."""
-    spent, at = [], []
+def _critical_rows(lengths: dict[float, float]) -> list[Comparison]:
+    published, reading = "certain critical lengths", "loss of stability along the waist, eigenvalues of ∂Ω/∂t"
+    rows = [Comparison(f"critical length, neck {neck:g}", published, at, reading) for neck, at in lengths.items()]
+    ratio = max(lengths.values()) / min(lengths.values())
+    published, reading = "highly dependent on membrane geometry", "necks of the form of Fig 5.3"
+    return [*rows, Comparison("largest over smallest critical length", published, ratio, reading, ratio > 1.2)]
+
+
+def _suddenness_rows(data: xr.Dataset, rates: np.ndarray) -> list[Comparison]:
+    """Length at the peak of the dissipation, and exponent of its energy in the growth rate: 0 for a sudden event."""
+    energy, at = [], []
     for rod in range(len(rates)):
         one = data.isel(rod=[rod]).assign_coords(time=("frame", data["clock"].to_numpy()[:, rod]))
-        peak = dissipation_peaks(one.isel(frame=slice(5, None)))  # the first frames come from the start
-        spent.append(float(peak["peak_energy"][0]))
+        peak = dissipation_peaks(one.isel(frame=slice(5, None)))  # without the initial relaxation
+        energy.append(float(peak["peak_energy"][0]))
         at.append(float(peak["peak_length"][0]))
-    power = float(np.polyfit(np.log(rates), np.log(spent), 1)[0])
-    said = "sudden, rapid conformational changes"
-    reading = "d log(energy of the peak of dissipation)/d log(rate): 0 for a jump, 1 for a smooth branch followed late"
-    late = "later than critical: buckling takes time to show"
+    exponent = float(np.polyfit(np.log(rates), np.log(energy), 1)[0])
+    published = "sudden, rapid conformational changes"
+    reading = "d log(energy of the peak of dissipation)/d log(rate): 0 for a jump, 1 for a smooth branch with a delay"
+    delay = "above the critical length: buckling needs time to develop"
     return [
-        Row(f"length at which dissipation peaks, rate {rates[-1]:g}", "", at[-1], late),
-        Row("power of the rate in the energy that buckling spends", said, power, reading, bool(power < 0.3)),
+        Comparison(f"length at which dissipation peaks, rate {rates[-1]:g}", "", at[-1], delay),
+        Comparison(
+            "power of the rate in the energy that buckling spends", published, exponent, reading, bool(exponent < 0.3)
+        ),
     ]
 
 
-def _localised(name: str, term: xr.DataArray, data: xr.Dataset, critical: float) -> Row:
-    """Largest over mean density of an energy along the slowest filament: before buckling and at the end."""
+def _localisation_row(name: str, term: xr.DataArray, data: xr.Dataset, critical: float) -> Comparison:
+    """Largest over mean density of an energy along the slowest filament, before buckling and at the end."""
     density, length = term.isel(rod=-1).to_numpy(), data["length"].isel(rod=-1).to_numpy()
     before = int(np.argmin(abs(length - 0.95 * critical)))
     peak = [float(density[frame].max() / max(density[frame].mean(), 1e-12)) for frame in (before, -1)]
-    grown = [float(density[frame].max()) for frame in (before, -1)]
-    reading = f"before buckling: {peak[0]:.2f}; largest density {grown[0]:.2g} → {grown[1]:.2g}"
-    said = "localization of twist and curvature"
-    return Row(f"{name.replace('_', ' ')}: largest over mean, L = 2", said, peak[1], reading, peak[1] > 2)
+    largest = [float(density[frame].max()) for frame in (before, -1)]
+    reading = f"before buckling: {peak[0]:.2f}; largest density {largest[0]:.2g} → {largest[1]:.2g}"
+    published = "localization of twist and curvature"
+    return Comparison(f"{name.replace('_', ' ')}: largest over mean, L = 2", published, peak[1], reading, peak[1] > 2)
 
 
-def _loads(data: xr.Dataset, critical: float) -> Row:
+def _load_row(data: xr.Dataset, critical: float) -> Comparison:
+    """Largest load on the membrane over that before buckling."""
     load = np.linalg.norm(data["load"].isel(rod=-1).to_numpy(), axis=-1).max(axis=-1)
     before = int(np.argmin(abs(data["length"].isel(rod=-1).to_numpy() - 0.95 * critical)))
     ratio = float(load.max() / load[before])
     name = "largest load on the membrane over that before buckling"
-    return Row(name, "large stresses", ratio, "force per length, (5.31), (5.32)", ratio > 2)
+    return Comparison(name, "large stresses", ratio, "force per length, (5.31), (5.32)", ratio > 2)
 
 
 def _figure(data: xr.Dataset, terms: xr.Dataset, critical: float, rates: np.ndarray) -> Any:
@@ -138,17 +145,17 @@ def _figure(data: xr.Dataset, terms: xr.Dataset, critical: float, rates: np.ndar
         axes.axvline(critical, color="white", linewidth=0.7, linestyle=":")
         axes.set_xlabel("length L (units of length)")
         bottom.colorbar(drawn, ax=axes, location="top", label=f"{label} (B/length²)", aspect=15)
-    panels[0].set_ylabel("arc length from the site")
+    panels[0].set_ylabel("arc length from the nucleation site")
     _dissipation(panels[3], data, critical, rates)
     return figure
 
 
 def _shapes(figure: Any, data: xr.Dataset) -> None:
     mesh, slow = triangulate(_bridge(NECK), 48), data.isel(rod=-1)
-    frames = [int(np.argmin(abs(slow["length"].to_numpy() - length))) for length in PICTURED]
+    frames = [int(np.argmin(abs(slow["length"].to_numpy() - length))) for length in SNAPSHOTS]
     limits = (0.0, float(slow["energy_density"].isel(frame=frames).max()))
-    panels = figure.subplots(1, len(PICTURED))
-    for axes, frame, length in zip(panels, frames, PICTURED, strict=True):
+    panels = figure.subplots(1, len(SNAPSHOTS))
+    for axes, frame, length in zip(panels, frames, SNAPSHOTS, strict=True):
         now = slow.isel(frame=frame)
         line = now["position"].to_numpy()
         energy = [now["energy_density"].to_numpy()]
@@ -163,9 +170,9 @@ def _shapes(figure: Any, data: xr.Dataset) -> None:
 
 def _dissipation(axes: Any, data: xr.Dataset, critical: float, rates: np.ndarray) -> None:
     for rod, (rate, colour) in enumerate(zip(rates, plots.OKABE_ITO, strict=False)):
-        spent = data["dissipation"].isel(rod=rod).to_numpy()[3:] / rate
-        axes.semilogy(data["length"].isel(rod=rod).to_numpy()[3:], spent, color=colour, label=f"rate {rate:g}")
+        dissipated = data["dissipation"].isel(rod=rod).to_numpy()[3:] / rate
+        axes.semilogy(data["length"].isel(rod=rod).to_numpy()[3:], dissipated, color=colour, label=f"rate {rate:g}")
     axes.axvline(critical, color="0.4", linewidth=0.7, linestyle=":")
     axes.set_xlabel("length L (units of length)")
-    axes.set_ylabel("dissipated per length (B/length²)")
+    axes.set_ylabel("energy dissipated per length grown (B/length²)")
     axes.legend()

@@ -1,4 +1,4 @@
-"""Appendix C.1: the perturbation series of the tension, against the direct solve, for shapes that swimmers have."""
+"""Appendix C.1: the perturbation series of the tension against the direct solution, for shapes of swimmers."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any
 import numpy as np
 
 from warp_rods.draw import plots
-from warp_rods.reproductions.result import Result, Row
+from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.theory.tension import planar_tension, series_ratio, tension_series
 
 DRAG_RATIO = 2.0
 ORDERS = 40
 BENDS = (8e-3, 5e-3, 2e-3, 1e-3)
-"""β⊥ of steady U-swimmers, from barely to strongly bent."""
+"""β⊥ of steady U-swimmers, from weakly to strongly bent."""
 WEAK = 1.0
-"""Amplitude a₀ of a weakly bent shape, for the powers of ε."""
+"""Amplitude a₀ of a weakly bent shape, for the order in ε."""
 
 
 def check(quick: bool) -> Result:
-    """Error of (C.9) cut at each power of ε, for steady U shapes; and the order in ε of (C.10), (C.11)."""
+    """Error of (C.9) truncated at each power of ε, for steady U shapes; and the order in ε of (C.10), (C.11)."""
     nodes = 65 if quick else 129
     bent = {"kind": "mode", "amplitude": 3.0}
     rods = FreeRods(len(BENDS), nodes, bend=BENDS, twist=1e-3, shape=bent, symmetric=True, device="cpu")
@@ -32,28 +32,29 @@ def check(quick: bool) -> Result:
     ratios = [series_ratio(κ, DRAG_RATIO) for κ in curvature]
     scale = [np.abs(λ).max() for λ in direct]
     errors = np.array([np.abs(s - λ).max(axis=1) / m for s, λ, m in zip(sums, direct, scale, strict=True)])
-    rows = [_converges(*each) for each in zip(BENDS, ratios, errors, strict=True)]
-    off = max(float(np.abs(a - b).max() / m) for a, b, m in zip(simulated, direct, scale, strict=True))
-    reading = "one discrete equation, solved by NumPy and by the kernels"
-    rows.append(Row("(4.34) against the swimmers' own tension, over max |λ|", 0.0, off, reading))
+    rows = [_convergence_row(*each) for each in zip(BENDS, ratios, errors, strict=True)]
+    difference = max(float(np.abs(a - b).max() / m) for a, b, m in zip(simulated, direct, scale, strict=True))
+    reading = "the same discrete equation, solved by NumPy and by the kernels"
+    rows.append(Comparison("(4.34) against the swimmers' own tension, over max |λ|", 0.0, difference, reading))
     slope = _order(curvature[1] * WEAK / 3.0, activity[1])
     reading = "ε = 1/η; the U of β⊥ = 5e-3 scaled to a₀ ≈ 1"
-    rows.append(Row("order in ε of λ₀ + ελ₁, (C.10), (C.11)", 2.0, slope, reading))
+    rows.append(Comparison("order in ε of λ₀ + ελ₁, (C.10), (C.11)", 2.0, slope, reading))
     data = {f"error_bend_{bend:g}": error for bend, error in zip(BENDS, errors, strict=True)}
     figure = _figure(errors, ratios, direct, sums)
-    note = "the text does not say where the series converges"
+    note = "the text does not state where the series converges"
     return Result(figure, rows, {"order": np.arange(ORDERS + 1), **data}, (note,))
 
 
-def _converges(bend: float, ratio: float, error: np.ndarray) -> Row:
-    """The spectral radius of εK, and whether the errors of (C.9) fall by it from each order to the next."""
+def _convergence_row(bend: float, ratio: float, error: np.ndarray) -> Comparison:
+    """The spectral radius of εK, and the ratio of the errors of (C.9) at two successive orders."""
     late = float(error[20] / error[19])
     name = f"ratio of late terms of the series, U at β⊥ = {bend:g}"
     reading = f"spectral radius of εK (C.7); error of order 20 over that of 19: {late:.3f}"
-    return Row(name, "(C.9) is the solution", ratio, reading, bool(ratio < 1))
+    return Comparison(name, "(C.9) is the solution", ratio, reading, bool(ratio < 1))
 
 
 def _order(curvature: np.ndarray, activity: np.ndarray) -> float:
+    """Fitted order in ε of the error of the first two terms."""
     drags = np.array([20.0, 40.0, 80.0])
     given = (curvature, activity, BENDS[1])
     errors = [np.abs(tension_series(*given, η, 1)[-1] - planar_tension(*given, η)).max() for η in drags]
@@ -70,7 +71,7 @@ def _figure(errors: np.ndarray, ratios: list[float], direct: list[np.ndarray], s
     top.set_xlabel("highest power of $\\varepsilon = 1/\\eta$ kept in (C.9)")
     top.set_ylabel("error over max $|\\lambda|$")
     top.legend(loc="lower left")
-    plots.letter(top, "(a)")
+    plots.panel_title(top, "(a)")
     s = np.linspace(-0.5, 0.5, len(direct[0]))
     for index, colour in ((0, plots.OKABE_ITO[0]), (1, plots.OKABE_ITO[1])):
         bottom.plot(s, direct[index], color=colour, label=f"direct, $\\beta_\\perp$ = {BENDS[index]:g}")
@@ -79,5 +80,5 @@ def _figure(errors: np.ndarray, ratios: list[float], direct: list[np.ndarray], s
     bottom.set_ylabel("tension $\\lambda$ ($f^* L$)")
     bottom.set_ylim(-0.55, 0.02)
     bottom.legend(ncols=2, loc="lower center")
-    plots.letter(bottom, "(b)")
+    plots.panel_title(bottom, "(b)")
     return figure

@@ -1,10 +1,9 @@
-"""``warp-rods reproduce``: runs reproductions in processes of their own and writes figure, data and table of each."""
+"""``warp-rods reproduce``: runs each reproduction in its own process and writes its figure, data and table."""
 
 from __future__ import annotations
 
 import contextlib
 import csv
-import difflib
 import multiprocessing
 import os
 import time
@@ -21,22 +20,22 @@ from rich.table import Table
 
 from warp_rods.device import cores
 from warp_rods.device import start as start_warp
-from warp_rods.errors import RunFolderError, UnknownReproduction
-from warp_rods.reproductions.catalogue import REPRODUCTIONS, Result, Row
+from warp_rods.errors import RunFolderError, UnknownReproduction, nearest
+from warp_rods.reproductions.catalogue import REPRODUCTIONS, Comparison, Result
 
 OUT = Path("runs/reproduce")
 REFRESH = 0.5
 """Seconds between updates of the status line."""
-REDUCED = "a reduced form, to see that it runs: its verdicts are not to be quoted"
+REDUCED = "reduced form, for tests: do not quote these numbers"
 COLUMNS = ("quantity", "published", "ours", "difference", "reading")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one reproduction: its rows and notes, the files written, and ``error`` where it failed."""
+    """The outcome of one reproduction: the rows of its table, notes, files written; ``error`` where it failed."""
 
     name: str
-    rows: tuple[Row, ...] = ()
+    rows: tuple[Comparison, ...] = ()
     notes: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
     seconds: float = 0.0
@@ -44,24 +43,23 @@ class Outcome:
 
 
 def chosen(name: str) -> list[str]:
-    """The names that ``name`` stands for: all of them for "all". Raises UnknownReproduction with those there are."""
+    """The reproductions that ``name`` stands for: all of them for "all". Raises UnknownReproduction, with all names."""
     if name == "all":
         return list(REPRODUCTIONS)
     if name not in REPRODUCTIONS:
-        near = difflib.get_close_matches(name, [*REPRODUCTIONS, "all"], 1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise UnknownReproduction(f"reproduce {name}: no such name{hint}; there are {', '.join(REPRODUCTIONS)}, all")
+        known = [*REPRODUCTIONS, "all"]
+        raise UnknownReproduction(f"reproduce {name}: must be one of {', '.join(known)}{nearest(name, known)}")
     return [name]
 
 
 def run(
     names: Sequence[str], quick: bool = False, out: str | Path = OUT, console: Console | None = None
 ) -> list[Outcome]:
-    """Run reproductions, as many at once as there are cores, and print the table of each as it is done.
+    """Run reproductions in parallel, as many as there are cores, and print the table of each when it is finished.
 
-    Writes ``out``/NAME.png, .svg, .table.csv and the data, NAME.csv or NAME.zarr. One that fails is told in its
-    outcome's ``error``, the others go on. The numbers are those of one process, however many run at once.
-    Raises UnknownReproduction for a name that is not known.
+    Writes ``out``/NAME.png, .svg, .table.csv and the data, NAME.csv or NAME.zarr. One that fails has an ``error`` in
+    its outcome, and the others continue. The results do not depend on how many run in parallel. Raises
+    UnknownReproduction for an unknown name.
     """
     names = list(dict.fromkeys(known for name in names for known in chosen(name)))
     console = console or Console(stderr=True, markup=False, highlight=False)
@@ -71,12 +69,12 @@ def run(
     workers = min(len(names), cores())
     waiting = sorted(names, key=lambda name: -REPRODUCTIONS[name].minutes)
     running, outcomes = dict[Future[Outcome], _Process](), list[Outcome]()
-    with _one_thread_each(), console.status("") as status:
+    with _one_thread_per_process(), console.status("") as status:
         while waiting or running:
             while waiting and len(running) < workers:
                 process = _Process(waiting.pop(0))
                 running[process.pool.submit(perform, process.name, quick, Path(out))] = process
-            status.update(_so_far(running.values(), len(outcomes), len(names)))
+            status.update(_status_line(running.values(), len(outcomes), len(names)))
             for done in wait(running, timeout=REFRESH, return_when=FIRST_COMPLETED).done:
                 outcomes.append(running.pop(done).end(done))
                 report(outcomes[-1], console)
@@ -84,25 +82,25 @@ def run(
 
 
 class _Process:
-    """One reproduction in a process of its own: whatever becomes of it, the others' go on."""
+    """One reproduction in its own process, so that a failure does not affect the others."""
 
     def __init__(self, name: str):
-        self.name, self.begun = name, time.perf_counter()
+        self.name, self.started = name, time.perf_counter()
         self.pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), start_warp)
 
     @property
     def seconds(self) -> float:
-        return time.perf_counter() - self.begun
+        return time.perf_counter() - self.started
 
     def end(self, done: Future[Outcome]) -> Outcome:
-        """What came of it; a process that was killed leaves an error, too."""
+        """The outcome; that of a killed process is an error."""
         self.pool.shutdown()
         killed = done.exception()
         return Outcome(self.name, seconds=self.seconds, error=repr(killed)) if killed else done.result()
 
 
 def perform(name: str, quick: bool, out: Path) -> Outcome:
-    """Make one reproduction in this process and write its files; what goes wrong in it is the outcome's ``error``."""
+    """Run one reproduction in this process and write its files; any exception becomes the ``error`` of its outcome."""
     from warp_rods.draw.plots import save, style
 
     start = time.perf_counter()
@@ -111,34 +109,34 @@ def perform(name: str, quick: bool, out: Path) -> Outcome:
             result = REPRODUCTIONS[name].make(quick)
         figures = save(result.figure, out / name)
         files = (*figures, _write_data(result, out, name), _write_table(result.rows, out, name))
-    except Exception:  # any fault of one must leave the others to go on
+    except Exception:  # the others continue, whatever failed here
         return Outcome(name, seconds=time.perf_counter() - start, error=traceback.format_exc())
     notes = (REDUCED, *result.notes) if quick else tuple(result.notes)
     return Outcome(name, tuple(result.rows), notes, files, time.perf_counter() - start)
 
 
 def report(outcome: Outcome, console: Console) -> None:
-    """Print an outcome: its table and notes, or what went wrong."""
+    """Print the table and notes of an outcome, or its error."""
     if outcome.error:
         console.print(f"{outcome.name}: failed after {outcome.seconds:.0f} s\n{outcome.error}", style="red")
         return
     table = Table(*COLUMNS, title=f"{outcome.name}: {REPRODUCTIONS[outcome.name].what}", title_justify="left")
     for row in outcome.rows:
-        table.add_row(row.quantity, shown(row.published), shown(row.ours), row.difference, row.reading)
+        table.add_row(row.quantity, _formatted(row.published), _formatted(row.ours), row.difference, row.reading)
     console.print(table)
     for note in outcome.notes:
         console.print(note)
     console.print(f"{outcome.seconds:.1f} s; {', '.join(map(str, outcome.files))}\n")
 
 
-def shown(value: float | str) -> str:
-    """A number to four digits; a text as it is."""
+def _formatted(value: float | str) -> str:
+    """A number to four digits; text unchanged."""
     return value if isinstance(value, str) else f"{value:.4g}"
 
 
 @contextlib.contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """What a process reads when it starts: NumPy's own threads would fight over the cores, and change sums."""
+def _one_thread_per_process() -> Iterator[None]:
+    """Set what new processes read: threads of NumPy would compete for the cores and change the order of sums."""
     before = os.environ.get("OMP_NUM_THREADS")
     os.environ["OMP_NUM_THREADS"] = "1"
     try:
@@ -147,7 +145,7 @@ def _one_thread_each() -> Iterator[None]:
         os.environ.pop("OMP_NUM_THREADS") if before is None else os.environ.update(OMP_NUM_THREADS=before)
 
 
-def _so_far(running: Iterable[_Process], done: int, of: int) -> str:
+def _status_line(running: Iterable[_Process], done: int, of: int) -> str:
     names = ", ".join(f"{process.name} ({process.seconds:.0f} s)" for process in running)
     return f"{done} of {of} done; running {names}"
 
@@ -160,7 +158,7 @@ def _write_data(result: Result, out: Path, name: str) -> Path:
     return _write_csv(out / f"{name}.csv", columns, zip(*columns.values(), strict=True))
 
 
-def _write_table(rows: Sequence[Row], out: Path, name: str) -> Path:
+def _write_table(rows: Sequence[Comparison], out: Path, name: str) -> Path:
     lines = [(row.quantity, row.published, row.ours, row.difference, row.reading) for row in rows]
     return _write_csv(out / f"{name}.table.csv", COLUMNS, lines)
 

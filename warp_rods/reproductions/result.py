@@ -1,4 +1,4 @@
-"""What a reproduction gives: a figure, its data, and rows that set what was published beside what this code finds."""
+"""What a reproduction returns: a figure, its data, and a table that compares published values with ours."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ import xarray as xr
 
 
 @dataclass(frozen=True)
-class Row:
-    """One quantity: ``published``, ``ours``, and the ``reading`` taken where the text is silent or contradicts itself.
+class Comparison:
+    """One row of the table: a quantity, its published value, ours, and how the text was read.
 
-    Numbers are compared as numbers. A statement is a text on both sides, and ``holds`` says whether ours bears it out;
-    None where there is nothing to compare with. ``published`` is "" where the text gives nothing.
+    ``published`` is a number, a statement, or "" where the text gives nothing. ``reading`` states the interpretation
+    where the text is silent or contradicts itself. ``statement_holds``: whether our result supports a published
+    statement; None where there is no statement.
     """
 
     quantity: str
     published: float | str
     ours: float | str
     reading: str = ""
-    holds: bool | None = None
+    statement_holds: bool | None = None
 
     @property
     def difference(self) -> str:
-        """Relative where both are numbers, in per cent; absolute to a published 0; else whether the statement holds."""
+        """Relative difference of two numbers in per cent, absolute for a published 0; or whether a statement holds."""
         if isinstance(self.published, str) or isinstance(self.ours, str):
-            return {True: "holds", False: "does not hold", None: ""}[self.holds]
+            return {True: "holds", False: "does not hold", None: ""}[self.statement_holds]
         if self.published == 0:
             return f"{self.ours:+.2g}"
         return f"{100 * (self.ours / self.published - 1):+.2g} %"
@@ -36,12 +37,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Result:
-    """``figure`` is a Matplotlib figure; ``data`` columns of one length, or a Dataset of arrays with dims.
+    """The result of a reproduction.
 
-    ``notes``: lines on how it was made: the scene, and what was chosen because the text does not say.
+    figure: a Matplotlib figure. rows: the table. data: columns of equal length by name, or a Dataset. notes: lines on
+    parameters and choices, in particular on what the text does not give.
     """
 
     figure: Any
-    rows: list[Row]
+    rows: list[Comparison]
     data: Mapping[str, np.ndarray] | xr.Dataset
     notes: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Appendix C.4: the symmetry under rotation by π is conserved, and a change of gauge changes nothing, as checks."""
+"""Appendix C.4: conservation of the symmetry under rotation by π, and invariance under a change of gauge."""
 
 from __future__ import annotations
 
@@ -8,61 +8,62 @@ from typing import Any
 import numpy as np
 
 from warp_rods.draw import plots
-from warp_rods.reproductions.result import Result, Row
+from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import initial_strain
 from warp_rods.theory.symmetry import axis_residual, gauge_frame, gauge_strain, parity_residual
 
-BEND, TWIST, MOMENT, ROLL = 2.5e-4, 1e-4, 6e-3, 3e-3
-"""Of Fig 4.3a, started from the coil of (C.63)–(C.68); C.4 gives no parameters."""
+BEND, TWIST, MOMENT, ROTATIONAL_DRAG = 2.5e-4, 1e-4, 6e-3, 3e-3
+"""Parameters of Fig 4.3a, as C.4 gives none; the initial shape is the coil (C.63)–(C.68)."""
 ANGLES = 2 * np.pi * np.arange(3) / 3
-"""Phases of (C.72)."""
+"""Gauge angles of (C.72)."""
 STEP = 1e-3
 
 
 def check(quick: bool) -> Result:
-    """Three swimmers that differ by a gauge angle (C.72), (C.73), nothing imposed: residuals of C.49–C.53, C.77."""
+    """Residuals of C.49–C.53 and C.77 for three swimmers that differ by a gauge angle, without imposed symmetry."""
     times = np.linspace(0.0, 2.0 if quick else 8.0, 21 if quick else 81)
     columns = {"bend": np.array([BEND]), "twist": np.array([TWIST]), "moment": np.array([MOMENT])}
     coil = initial_strain({"kind": "writhe", "amplitude": 6.0}, 65, columns)
     frames = gauge_frame(np.tile(np.eye(3), (3, 1, 1, 1)), ANGLES)[:, 0]
     rods = FreeRods(
-        3, bend=BEND, twist=TWIST, moment=MOMENT, rotational_drag=ROLL,
+        3, bend=BEND, twist=TWIST, moment=MOMENT, rotational_drag=ROTATIONAL_DRAG,
         shape=gauge_strain(np.tile(coil, (3, 1, 1)), ANGLES), rotation=frames, device="cpu",
     )  # fmt: skip
-    seen = [_look(rods)]
+    residuals = [_residuals(rods)]
     for before, time in pairwise(times):
         steps = round((time - before) / STEP)
         rods.step((time - before) / steps, steps)
-        seen.append(_look(rods))
-    data = {"time": times, **{name: np.array([one[name] for one in seen]) for name in seen[0]}}
+        residuals.append(_residuals(rods))
+    data = {"time": times, **{name: np.array([now[name] for now in residuals]) for name in residuals[0]}}
     worst = {name: float(values.max()) for name, values in data.items() if name != "time"}
-    reading = "largest over the run, the symmetry not imposed"
+    reading = "maximum over the simulation, symmetry not imposed"
     rows = [
-        Row("parities of Ω₀, Ω₁, Ω₂, f over max |Ω| (C.50)", 0.0, worst["parity"], reading),
-        Row("turn of q₁ at the middle, rad (C.51)", 0.0, worst["axis_turn"], "q₁ and the axis of the start"),
-        Row("distance from the line turned by π, L (C.52)", 0.0, worst["turned_by_pi"]),
-        Row("velocity of the middle off the axis, f*/ζ∥ (C.53)", 0.0, worst["velocity_off_axis"]),
-        Row("phases between gauges, strains over max |Ω| (C.77)", 0.0, worst["gauge"], "j = 1, 2 against j = 0"),
-        Row("the same for centre lines, L (C.78)", 0.0, worst["gauge_line"]),
+        Comparison("parities of Ω₀, Ω₁, Ω₂, f over max |Ω| (C.50)", 0.0, worst["parity"], reading),
+        Comparison("rotation of q₁ at the middle, rad (C.51)", 0.0, worst["axis_rotation"], "against the initial axis"),
+        Comparison("distance from the line turned by π, L (C.52)", 0.0, worst["rotated_by_pi"]),
+        Comparison("velocity of the middle normal to the axis, f*/ζ∥ (C.53)", 0.0, worst["velocity_normal_to_axis"]),
+        Comparison("phases between gauges, strains over max |Ω| (C.77)", 0.0, worst["gauge"], "j = 1, 2 against j = 0"),
+        Comparison("the same for centre lines, L (C.78)", 0.0, worst["gauge_line"]),
     ]
-    notes = ("(C.72)'s second row is read as (sin, cos), without which it is no rotation; parameters of Fig 4.3a",)
+    notes = ("the second row of (C.72) is read as (sin, cos), which makes it a rotation; parameters of Fig 4.3a",)
     return Result(_figure(data), rows, data, notes)
 
 
-def _look(rods: FreeRods) -> dict[str, float]:
-    """Residuals at this moment; the gauge of rod 0 is that of (C.49), its axis e₁."""
+def _residuals(rods: FreeRods) -> dict[str, float]:
+    """Residuals of the present state. Rod 0 has the gauge of (C.49), and its axis is e₁."""
     strain, position = rods.strain, rods.position
     size = float(np.abs(strain).max())
     axis, middle = np.eye(3)[1], rods.nodes // 2
     back = gauge_strain(strain, -ANGLES)
     q1 = _directors(rods.orientation[0, middle].astype(float))[:, 1]
-    way = position[0, middle]
+    displacement = position[0, middle]
     return {
         "parity": float(parity_residual(strain[0], rods.activity[0]) / size),
-        "axis_turn": float(np.linalg.norm(np.cross(q1, axis))),
-        "turned_by_pi": float(axis_residual(position[0], axis)),
-        "velocity_off_axis": float(np.linalg.norm(way - axis * (axis @ way))) / max(rods.time, STEP),
+        "axis_rotation": float(np.linalg.norm(np.cross(q1, axis))),
+        "rotated_by_pi": float(axis_residual(position[0], axis)),
+        "velocity_normal_to_axis": float(np.linalg.norm(displacement - axis * (axis @ displacement)))
+        / max(rods.time, STEP),
         "gauge": float(np.abs(back - back[:1]).max()) / size,
         "gauge_line": float(np.abs(position - position[:1]).max()),
     }
@@ -77,8 +78,8 @@ def _directors(quaternion: np.ndarray) -> np.ndarray:
 def _figure(data: dict[str, np.ndarray]) -> Any:
     labels = {
         "parity": "parities (C.50)",
-        "turned_by_pi": "turned by π (C.52)",
-        "velocity_off_axis": "velocity off the axis (C.53)",
+        "rotated_by_pi": "rotated by π (C.52)",
+        "velocity_normal_to_axis": "velocity normal to the axis (C.53)",
         "gauge": "gauges, strains (C.77)",
         "gauge_line": "gauges, centre lines (C.78)",
     }

@@ -1,4 +1,4 @@
-"""§4.3: where the U-swimmer ends, where it starts to wave, and between which stiffnesses it can wave and flap."""
+"""§4.3: the fold and the Hopf point of the U-swimmer, and the stiffnesses at which it can both wave and flap."""
 
 from __future__ import annotations
 
@@ -7,118 +7,134 @@ from typing import Any
 import numpy as np
 
 from warp_rods.draw import plots
-from warp_rods.reproductions.planar import TWIST, WAVING, amplitudes, arcs, bent, end_of, motion, u_branch
-from warp_rods.reproductions.result import Result, Row
+from warp_rods.reproductions.planar import (
+    TWIST,
+    WAVING,
+    amplitudes,
+    bent_strains,
+    end_of_motion,
+    late_motion,
+    stability_segments,
+    u_branch,
+)
+from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.theory.continuation import Bifurcation, Branch, follow
 from warp_rods.theory.steady import Swimmer, settled
 
 ONSET = 6.8e-5
-"""Of flapping, as the text has it."""
-OSCILLATES = 2e-4
-"""β⊥ at which the twisted U begins to, as the text has it for M < 1.8e-2."""
+"""β⊥ at the onset of flapping in the text."""
+TWISTED_ONSET = 2e-4
+"""β⊥ at which the twisted U starts to oscillate in the text, for M < 1.8e-2."""
 STARTS = ((0, 0.1), (0, 1.0), (0, 3.0), (2, 2.0))
-"""Beam mode and amplitude of the shapes that runs in time start from: the text names only f(s, 0)."""
+"""Beam mode and amplitude of the initial shapes. The text gives f(s, 0) only."""
 SOFT = (5e-5, 1e-4)
+"""Range of β⊥ of the simulations from the initial shapes."""
 UNIT = 1e-5
 KINDS = ("waving", "flapping")
 
 
 def bifurcations(nodes: int) -> tuple[Bifurcation, Bifurcation]:
-    """The U's fold and its Hopf bifurcation."""
+    """The fold and the Hopf bifurcation of the U."""
     found = []
     for kind, bend, low, high in (("fold", 8e-3, 7.9e-3, 1e-2), ("Hopf", 1.7e-4, 1.4e-4, 1.8e-4)):
         u = settled(Swimmer(nodes, {"bend": bend, "twist": TWIST}, symmetric=True), WAVING, time=4.0)
-        found.append(follow(u, "bend", low, high, upwards=kind == "fold").named(kind)[0])
+        found.append(follow(u, "bend", low, high, upwards=kind == "fold").of_kind(kind)[0])
     return found[0], found[1]
 
 
-def twisted(nodes: int, rotational_drag: float) -> Bifurcation:
-    """The first Hopf bifurcation of the twisted U of Fig 4.3a as it gets softer."""
+def twisted_hopf(nodes: int, rotational_drag: float) -> Bifurcation:
+    """The first Hopf bifurcation of the twisted U of Fig 4.3a as its stiffness falls."""
     parameters = {"bend": 3e-4, "twist": 1e-4, "moment": 6e-3, "rotational_drag": rotational_drag}
     swimmer = Swimmer(nodes, parameters, planar=False, symmetric=True)
     u = settled(swimmer, {"kind": "writhe", "amplitude": 6.0}, time=8.0)
-    return follow(u, "bend", 1.35e-4, 3e-4, upwards=False).named("Hopf")[0]
+    return follow(u, "bend", 1.35e-4, 3e-4, upwards=False).of_kind("Hopf")[0]
 
 
 def limit(values: Any) -> float:
-    """What values of two grids, the second twice as fine, tend to with second order in Δs."""
+    """Second-order extrapolation in Δs of values on two grids, the second twice as fine."""
     return float((4 * values[1] - values[0]) / 3)
 
 
-def window(nodes: int, quick: bool) -> tuple[float, float]:
-    """Stiffnesses between which a swimmer can wave and can flap: followed down in waving, and up in flapping."""
+def bistable_range(nodes: int, quick: bool) -> tuple[float, float]:
+    """Stiffnesses between which a swimmer can wave and can flap: where waving ends downwards, and flapping upwards."""
     time, within = (12.0, 2e-2) if quick else (20.0, 4e-3)
-    low = end_of("waving", 8.5e-5, nodes, 0.8, time=time, within=within)
-    return low, end_of("flapping", 6.5e-5, nodes, 1.2, time=time, within=within)
+    low = end_of_motion("waving", 8.5e-5, nodes, 0.8, time=time, within=within)
+    return low, end_of_motion("flapping", 6.5e-5, nodes, 1.2, time=time, within=within)
 
 
-def from_rest(nodes: int, quick: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffnesses [stiffness], and what swimmers do that start with f = −tanh 10s [start, stiffness]."""
+def classes_from_starts(nodes: int, quick: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffnesses [stiffness], and classes of motion from each initial shape with f = −tanh 10s [start, stiffness]."""
     bends = np.geomspace(*SOFT, 7 if quick else 25)
-    done = motion(
-        np.tile(bends, len(STARTS)), nodes, np.repeat(bent(STARTS, nodes), len(bends), axis=0),
+    found = late_motion(
+        np.tile(bends, len(STARTS)), nodes, np.repeat(bent_strains(STARTS, nodes), len(bends), axis=0),
         time=16.0 if quick else 30.0,
     )  # fmt: skip
-    return bends, done.classes.reshape(len(STARTS), len(bends))
+    return bends, found.classes.reshape(len(STARTS), len(bends))
 
 
-def all_of_them(quick: bool) -> Result:
-    """Fold, Hopf bifurcation and window on two grids, extrapolated, and the onset that runs from rest show."""
+def thresholds(quick: bool) -> Result:
+    """Fold, Hopf bifurcation and bistable range, extrapolated from two grids, and the onset of flapping from starts."""
     grids = (33, 65) if quick else (129, 257)
     folds, hopfs = zip(*map(bifurcations, grids), strict=True)
     fold, hopf = (limit([found.value for found in pair]) for pair in (folds, hopfs))
-    windows = {nodes: window(nodes, quick) for nodes in ((65,) if quick else (65, 129))}
-    bends, classes = from_rest(65, quick)
+    ranges = {nodes: bistable_range(nodes, quick) for nodes in ((65,) if quick else (65, 129))}
+    bends, classes = classes_from_starts(65, quick)
     n = f"N = {grids[0] - 1}, {grids[1] - 1}, extrapolated"
     rows = [
-        Row("β⊥ above which there is no U", 9.1e-3, fold, f"saddle-node by continuation, {n}"),
-        Row("β⊥ at which the U appears, approximately", 9e-3, fold, "the same"),
-        Row("β⊥ at which the U starts to wave", "", hopf, f"Hopf bifurcation by continuation, {n}"),
-        Row("angular frequency there, f*/(ζ∥L)", "", limit([h.frequency for h in hopfs]), n),
+        Comparison("β⊥ above which there is no U", 9.1e-3, fold, f"saddle-node by continuation, {n}"),
+        Comparison("β⊥ at which the U appears, approximately", 9e-3, fold, "the same fold"),
+        Comparison("β⊥ at which the U starts to wave", "", hopf, f"Hopf bifurcation by continuation, {n}"),
+        Comparison("angular frequency there, f*/(ζ∥L)", "", limit([h.frequency for h in hopfs]), n),
     ]  # fmt: skip
     rows += _twisted_rows((1e-2,) if quick else (1e-3, 3e-3, 1e-2), 33 if quick else 65)
-    rows += _window_rows(windows)
+    rows += _range_rows(ranges)
     for (mode, amplitude), row in zip(STARTS, classes, strict=True):
         flaps = bends[row == "flapping"]
         reading = f"N = 64, κ = {amplitude:g} φ_{mode} at the start, {len(bends)} stiffnesses from {bends[0]:g}"
-        rows.append(Row(f"stiffest that flaps, start {amplitude:g} φ_{mode}", ONSET, float(flaps.max()), reading))
+        rows.append(
+            Comparison(f"stiffest that flaps, start {amplitude:g} φ_{mode}", ONSET, float(flaps.max()), reading)
+        )
     up, down = u_branch(65, SOFT[0])
     data = _data(up, down, bends, classes)
-    notes = (f"Δt = 1e-3; bistable: below about {ONSET:g} the text sees flapping, its Fig 4.1i flaps at 7.6e-5",)
-    return Result(_figure(up, down, windows[65], bends, classes), rows, data, notes)
+    notes = (f"Δt = 1e-3; bistable: the text reports flapping below about {ONSET:g}, but its Fig 4.1i flaps at 7.6e-5",)
+    return Result(_figure(up, down, ranges[65], bends, classes), rows, data, notes)
 
 
-def _twisted_rows(drags: tuple[float, ...], nodes: int) -> list[Row]:
+def _twisted_rows(drags: tuple[float, ...], nodes: int) -> list[Comparison]:
     finer = 2 * nodes - 1
     rows = []
     for drag in drags:
-        found = limit([twisted(grid, drag).value for grid in (nodes, finer)])
+        found = limit([twisted_hopf(grid, drag).value for grid in (nodes, finer)])
         reading = f"Hopf bifurcation, β∥ = 1e-4, M = 6e-3; N = {nodes - 1}, {finer - 1}, extrapolated"
-        rows.append(Row(f"β⊥ at which the twisted U starts to oscillate, ηr = {drag:g}", OSCILLATES, found, reading))
+        rows.append(
+            Comparison(f"β⊥ at which the twisted U starts to oscillate, ηr = {drag:g}", TWISTED_ONSET, found, reading)
+        )
     return rows
 
 
-def _window_rows(windows: dict[int, tuple[float, float]]) -> list[Row]:
+def _range_rows(ranges: dict[int, tuple[float, float]]) -> list[Comparison]:
     rows = []
-    for nodes, (low, high) in windows.items():
+    for nodes, (low, high) in ranges.items():
         n = f"N = {nodes - 1}"
         rows += [
-            Row(f"β⊥ at which slow softening ends waving, {n}", "", low, "followed from 8.5e-5"),
-            Row(f"β⊥ at which slow stiffening ends flapping, {n}", "", high, "followed from 6.5e-5"),
+            Comparison(f"β⊥ at which slow softening ends waving, {n}", "", low, "followed from 8.5e-5"),
+            Comparison(f"β⊥ at which slow stiffening ends flapping, {n}", "", high, "followed from 6.5e-5"),
         ]
-    ends = list(windows.values())
+    ends = list(ranges.values())
     low, high = ends[0] if len(ends) == 1 else (limit(pair) for pair in zip(*ends, strict=True))
-    reading = "onset depends on the start: both motions are stable in between"
+    reading = "depends on the initial shape: both motions are stable in this range"
     if len(ends) == 2:
-        rows.append(Row("β⊥ at which slow softening ends waving, Δs → 0", "", low, "N = 64, 128, extrapolated"))
-        rows.append(Row("β⊥ at which slow stiffening ends flapping, Δs → 0", "", high, "N = 64, 128, extrapolated"))
-    rows.append(Row("onset of flapping", f"approximately {ONSET:g}", f"between {low:.3g} and {high:.3g}", reading,
-                    low < ONSET < high))  # fmt: skip
+        rows.append(Comparison("β⊥ at which slow softening ends waving, Δs → 0", "", low, "N = 64, 128, extrapolated"))
+        rows.append(
+            Comparison("β⊥ at which slow stiffening ends flapping, Δs → 0", "", high, "N = 64, 128, extrapolated")
+        )
+    published, found = f"approximately {ONSET:g}", f"between {low:.3g} and {high:.3g}"
+    rows.append(Comparison("onset of flapping", published, found, reading, low < ONSET < high))
     return rows
 
 
 def _data(up: Branch, down: Branch, bends: np.ndarray, classes: np.ndarray) -> dict[str, np.ndarray]:
-    """One row a point of the branch, then one a run from rest."""
+    """One row for each point of the branch, then one for each simulation."""
     rows = []
     for branch in (up, down):
         for bend, shape, stable in zip(branch.values, branch.shapes, branch.stable, strict=True):
@@ -126,7 +142,7 @@ def _data(up: Branch, down: Branch, bends: np.ndarray, classes: np.ndarray) -> d
     for (mode, amplitude), line in zip(STARTS, classes, strict=True):
         start = f"start {amplitude:g} phi_{mode}"
         rows += [(start, bend, np.nan, name) for bend, name in zip(bends, line, strict=True)]
-    names = ("what", "bend", "a_0", "found")
+    names = ("source", "bend", "a_0", "state")
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
@@ -135,7 +151,7 @@ def _figure(up: Branch, down: Branch, ends: tuple[float, float], bends: np.ndarr
     above, below = figure.subplots(2, 1, height_ratios=(3, 2))
     blue, red = plots.OKABE_ITO[:2]
     for branch in (down, up):
-        for stable, values, a in arcs(branch):
+        for stable, values, a in stability_segments(branch):
             name = "U, stable" if stable else "U, unstable"
             above.semilogx(values, a[:, 0], "-" if stable else "--", color=blue, label=name if branch is up else None)
         for found in branch.bifurcations:

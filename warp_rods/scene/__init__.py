@@ -1,8 +1,9 @@
-"""Scenes: what a run simulates, read from TOML or given in Python, checked and frozen. Nothing is built here.
+"""Scenes: what a run simulates, read from TOML or defined in Python, checked and frozen. Builds nothing.
 
-scene                                the whole: ``Scene.load(path)``, ``Scene.parse(text)``, ``Scene(...)``
+scene                                the whole scene: ``Scene.load(path)``, ``Scene.parse(text)``, ``Scene(...)``
 filaments, swimmers, box, tables     the tables of a scene
-ensemble, per_rod                    what the tables of rods have in common
+flagella                             activity laws and profiles of swimmers
+ensemble, per_rod                    common parts of the tables of rods
 checks                               the base class of tables: every fault in one message
 """
 

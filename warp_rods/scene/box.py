@@ -1,4 +1,4 @@
-"""The table [box] of a scene: the space in which swimmers live."""
+"""The table [box] of a scene: the space in which swimmers move."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "slab": {"wall": {}},
     "container": {"side": "inside", "wall": {}},
 }
-"""Kind of box → defaults of the keys that only some kinds have."""
+"""Kind of box → defaults of keys that only some kinds have."""
 KEYS = {
     "periodic": {"size", "fraction"},
     "slab": {"size", "fraction", "height", "wall"},
@@ -26,18 +26,23 @@ KEYS = {
 }
 """Kind of box → its keys."""
 AXES = {"periodic": 3, "slab": 2}
-"""How many axes have a period."""
+"""Kind of box → number of periodic axes."""
 
 
 class Wall(Table):
-    """A soft wall: where d > −δ it pushes rods back by k (d + δ) per length, d the distance outside it, δ its range."""
+    """A soft wall: it pushes rods back by a force k (d + δ) per length where d > −δ, with d the distance outside it.
+
+    strength: k, range: δ.
+    """
 
     strength: Positive = Field(default=2000.0, description="a positive number: force per length and depth")
-    range: Positive = Field(default=0.05, description="a positive number: how far from the wall it begins to push")
+    range: Positive = Field(
+        default=0.05, description="a positive number: distance from the wall at which its force begins"
+    )
 
 
 class Box(Table):
-    """Where swimmers live: a periodic box, a slab between two walls, or in or around a surface."""
+    """The space of swimmers: a periodic box, a slab between two walls, or the inside or outside of a surface."""
 
     kind: Literal["periodic", "slab", "container"] = Field(description='"periodic", "slab" or "container"')
     size: tuple[Positive, ...] | None = Field(
@@ -80,7 +85,7 @@ class Box(Table):
 
 
 def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-    """Faults of the size and the fraction, of which a periodic box needs one, and of a container that moves."""
+    """Faults of size and fraction, of which a periodic box needs exactly one, and of a moving container."""
     faults = []
     if "size" in raw and "fraction" in raw:
         faults.append(fault((), raw, ": size and fraction: one follows from the other; give one of them"))
@@ -99,7 +104,7 @@ def _extent_faults(kind: str, raw: dict[str, Any], good: dict[str, Any]) -> Faul
 
 
 def _wall_faults(good: dict[str, Any]) -> Faults:
-    """Walls that overlap: the force would jump at z = 0, where the nearer wall changes."""
+    """Overlapping walls, whose force would jump at z = 0, where the nearer wall changes."""
     least = 2 * good["wall"].get("range", Wall.model_fields["range"].default)
     text = f" = {good['height']:g}: must be at least {least:g}, twice the range of the walls"
     return [fault(("height",), good["height"], text)] if good["height"] < least else []

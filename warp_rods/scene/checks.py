@@ -1,4 +1,4 @@
-"""The base class of a scene's tables: pydantic checks each value, and one message names every fault in our words."""
+"""The base class of the tables of a scene: pydantic checks each value, and one message names every fault."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ __all__ = ["Faults", "Table", "fault"]
 Faults = list[InitErrorDetails]
 
 MOST_VALUES_NAMED = 5
-"""Of many wrong values in a list this many are named one by one, and the others counted."""
+"""Largest number of wrong values of one list that are named; the others are counted."""
 
 
 def fault(loc: tuple, value: Any, text: str) -> InitErrorDetails:
-    """A fault whose line reads: the key path of ``loc``, then ``text``."""
+    """A fault; its line in the message is the key path ``loc`` followed by ``text``."""
     return InitErrorDetails(type=PydanticCustomError("fault", "{text}", {"text": text}), loc=loc, input=value)
 
 
 def _own_members(table: type[BaseModel]) -> list[str]:
-    """The names that our classes define: ``help`` shows these, and not pydantic's manual."""
+    """The members that classes of this package define; ``help`` shows these without those of pydantic."""
     ours = [vars(base) for base in table.__mro__ if issubclass(base, Table)]
     return sorted({name for members in ours for name in members if not name.startswith(("_", "model_"))})
 
 
 _Described: Any = type("_Described", (type(BaseModel),), {"__dir__": _own_members})
-"""The metaclass of tables, whose ``dir``, and hence ``help``, is of their own members."""
+"""The metaclass of tables; limits ``dir`` and thus ``help`` to their own members."""
 
 
 class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
-    """A table of a scene: frozen, without unknown keys. The description of a field says what its key allows."""
+    """A table of a scene: frozen, without unknown keys. The description of a field states what is allowed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
-        """Add the keys, and what each may be, to the docstring; keep pydantic's types out of the signature."""
+        """Add the keys and their allowed values to the docstring; remove the types of pydantic from the signature."""
         fields = cls.model_fields
         keys = [f"{name}: {field.description}" for name, field in fields.items()]
         cls.__doc__ = "\n".join([f"{cleandoc(cls.__doc__ or '')}\n", *keys])
@@ -53,12 +53,12 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """The table with those defaults filled in that depend on other keys."""
+        """The table with the defaults that depend on other keys."""
         return data
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        """Faults between keys: ``raw`` is the table as given, ``good`` the part of it without faults of its own."""
+        """Faults of several keys together: ``raw`` is the table as given, ``good`` the keys without own faults."""
         return []
 
     @model_validator(mode="wrap")
@@ -80,14 +80,14 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @classmethod
     def _in_our_words(cls, errors: list[ErrorDetails]) -> Faults:
-        """Faults for the errors of this table, a few for each key; tables within it have worded theirs already."""
+        """Faults for the errors of this table, a limited number for each key; nested tables have theirs already."""
         found, named = dict[Any, InitErrorDetails](), Counter[Any]()
         for error in errors:
-            said = cls._in_words(error)
-            key = said["loc"][:1]
+            worded = cls._in_words(error)
+            key = worded["loc"][:1]
             named[key] += error["type"] != "fault"
             if named[key] <= MOST_VALUES_NAMED:
-                found.setdefault((said["loc"], str(said["type"])), said)
+                found.setdefault((worded["loc"], str(worded["type"])), worded)
         faults = list(found.values())
         for key, count in named.items():
             if count > MOST_VALUES_NAMED:
@@ -108,7 +108,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
             return fault(loc, value, f": unknown key{nearest(loc[0], known)}; known here: {', '.join(known)}")
         if kind == "missing" and len(loc) == 1:
             value = None
-        elif kind == "missing":  # numbers at the end of a list that is too short
+        elif kind == "missing":  # the last numbers of a list that is too short
             loc = loc[:-1]
         allowed = known[str(loc[0])].description or ""
         note = error["msg"] if kind == "note" else hint(kind, value)

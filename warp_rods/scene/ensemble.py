@@ -1,4 +1,4 @@
-"""What the tables of all ensembles of rods have in common."""
+"""Common parts of the tables of ensembles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warp_rods.values import shown
 __all__ = ["MOST_NODES", "Ensemble", "length_faults", "lookup"]
 
 MOST_RODS, MOST_NODES = 10_000_000, 100_000
-"""More rods in an ensemble, or nodes on a rod, do not fit into the memory of any machine in sight."""
+"""Upper bounds; larger ensembles do not fit into memory."""
 
 
 class Ensemble(Table):
-    """An ensemble of rods; its name is that of its group in the trajectory."""
+    """An ensemble of rods; its name is also that of its group in the trajectory."""
 
     name: str = Field(
         pattern=r"^[A-Za-z][A-Za-z0-9_]{0,63}$",
@@ -36,7 +36,7 @@ def lookup(raw: Any, path: tuple[str, ...]) -> Any:
 def length_faults(
     raw: dict[str, Any], good: dict[str, Any], paths: tuple[str, ...], vectors: tuple[str, ...] = ()
 ) -> Faults:
-    """Faults of lists that do not have one entry for each of ``count`` rods; of ``vectors``: of lists of lists."""
+    """Faults of lists without one entry for each of ``count`` rods; ``vectors`` are lists of lists."""
     count, faults = good.get("count"), []
     for path in paths + vectors:
         loc = tuple(path.split("."))

@@ -26,7 +26,7 @@ __all__ = ["Filaments", "Growth", "Placement"]
 
 
 class Placement(Table):
-    """Where filaments start: points and directions [rod, 3], and geodesic curvature [rod, node] in 1/length."""
+    """Initial positions of filaments: points, directions [rod, 3], geodesic curvature [rod, node] in 1/length."""
 
     at: Literal["middle", "start"] = Field(
         default="middle", description='"middle" or "start": which point of the rod is placed'
@@ -39,7 +39,7 @@ class Placement(Table):
 
 
 class Growth(Table):
-    """Growth at the tips: at a rate (length per time) until a final length, or to given lengths at given times."""
+    """Growth at the tips, at a rate (length per time) until a final length, or to given lengths at given times."""
 
     rate: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     until: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)

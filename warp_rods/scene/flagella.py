@@ -1,7 +1,7 @@
 """The flagella of swimmers: the tables of activity laws and of profiles, and the table ``flagella`` of a scene.
 
 To add a law: a function, a number and a branch in ``kernels/free/flagella.py``, and a row of ``LAWS`` here with the
-name of that number and the law's own parameters. To add a profile: a row of ``PROFILES``.
+name of that number and the additional parameters of the law. To add a profile: a row of ``PROFILES``.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ ALLOWED: dict[str, tuple[Any, str]] = {
     "positive": (PositiveEach, "a positive number"),
     "zero or more": (ZeroOrMoreEach, "0 or a positive number"),
 }
-"""What a parameter of a law may be asked to be: its type and its words."""
+"""Kinds of allowed values of a parameter of a law: type, and description."""
 
 
 @dataclass(frozen=True)
 class LawParameter:
-    """A number of a law, for all rods or one a rod: its default, and a key of ``ALLOWED``."""
+    """A parameter of a law, common to all rods or one value per rod: its default, and a key of ``ALLOWED``."""
 
     default: float
     allowed: str = "any number"
@@ -37,7 +37,7 @@ class LawParameter:
 
 @dataclass(frozen=True)
 class Law:
-    """An activity law: the name of its number in ``kernels/free/flagella.py``, and its own parameters, four at most.
+    """An activity law: the name of its number in ``kernels/free/flagella.py``, and at most four parameters of its own.
 
     The kernel gets them as ``parameters``, in this order.
     """
@@ -50,16 +50,16 @@ LAWS: dict[str, Law] = {
     "relaxing": Law("RELAXING"),
     "held": Law("HELD"),
 }
-"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: only the diffusion; with D = 0, f stays."""
+"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: diffusion only; f is constant for D = 0."""
 DEFAULT_LAW = "relaxing"
-"""Is not written into a scene that does not name it, so that scenes of earlier versions keep their hash."""
+"""Not written into scenes that do not name a law, so that scenes of earlier versions keep their hash."""
 
 PROFILES: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
     "tanh": lambda s, sharpness: -np.tanh(sharpness * s),
     "piecewise": lambda s, sharpness: -np.sign(s),
     "uniform": lambda s, sharpness: np.ones_like(s),
 }
-"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38), and pushing one way."""
+"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38); and uniform."""
 
 
 def _known(table: Mapping[str, Any]) -> AfterValidator:
@@ -76,9 +76,9 @@ def _one_of(table: Mapping[str, Any]) -> str:
 
 
 class Flagella(Table):
-    """The flagellar field (4.12): relaxation time τf, diffusion D, its profile at the start, and its law.
+    """The flagellar field (4.12): relaxation time τf, diffusion D, initial profile, and activity law.
 
-    A law may have parameters of its own, beside these keys.
+    A law may have parameters of its own besides these keys.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -93,22 +93,22 @@ class Flagella(Table):
 
     @property
     def law_parameters(self) -> dict[str, Any]:
-        """The law's own parameters by name, defaults filled in."""
+        """The parameters of the law by name, defaults filled in."""
         return dict(self.model_extra or {})
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """With the defaults of the law's own parameters."""
+        """The table with the defaults of the parameters of the law."""
         law = LAWS.get(str(data.get("law", DEFAULT_LAW)))
         defaults = {} if law is None else {name: row.default for name, row in law.parameters.items()}
         return {**defaults, **data}
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        """Keys that the law does not have, and impossible values of those that it has."""
+        """Unknown keys, and wrong values of the parameters of the law."""
         name = raw.get("law", DEFAULT_LAW)
         if not isinstance(name, str) or name not in LAWS:
-            return []  # refused for that already
+            return []  # already a fault
         own = LAWS[name].parameters
         faults = []
         for key in raw.keys() - cls.model_fields.keys():
@@ -122,7 +122,7 @@ class Flagella(Table):
 
 
 def _fault_of(value: Any, parameter: LawParameter) -> str:
-    """What is wrong with a value of a law's parameter; empty where nothing is."""
+    """The fault of a value of a parameter of a law; empty where there is none."""
     kind, words = ALLOWED[parameter.allowed]
     try:
         TypeAdapter(kind, config=ConfigDict(strict=True)).validate_python(plain(value))

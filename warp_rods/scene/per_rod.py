@@ -1,4 +1,4 @@
-"""Values of an ensemble: one for all its rods, or a list with one for each."""
+"""Values of an ensemble: one for all rods, or a list with one for each rod."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ T = TypeVar("T")
 W = TypeVar("W")
 
 TAGS = ONE, EACH, WORD, TABLE = "(one)", "(each)", "(word)", "(table)"
-"""Names of the branches of unions, which pydantic adds to the path of an error."""
+"""Names of the alternatives of unions, which pydantic adds to the path of an error."""
 OR_EACH = ", or a list with one for each rod"
-"""Ends the description of a key that may have either."""
+"""End of the description of a key that may have either."""
 
 
 def is_list(value: Any) -> bool:
-    """Whether a value is a list, and not a number."""
+    """Whether a value is a list (a tuple, once converted)."""
     return isinstance(value, tuple)
 
 

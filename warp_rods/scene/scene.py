@@ -1,4 +1,4 @@
-"""The scene: what a run simulates, read from TOML or built in Python, and checked before anything starts."""
+"""The scene: what a run simulates, read from TOML or defined in Python, and checked."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """What a run simulates: frozen, comparable, picklable.
+    """What a run simulates; frozen, comparable, picklable.
 
-    Tables may be given as dicts or as their own classes, numbers as Python's or NumPy's, rows as lists, tuples or
-    arrays. Raises SceneError with a line for each fault.
+    Tables may be dicts or objects of their classes, numbers may be of Python or NumPy, lists may be tuples or arrays.
+    Raises SceneError with one line for each fault.
     """
 
     title: str = Field(default="", description="text in quotes")
@@ -50,7 +50,7 @@ class Scene(Table):
 
     @classmethod
     def load(cls, path: str | Path) -> Scene:
-        """The scene in a TOML file; raises SceneError, also for a file that cannot be read."""
+        """The scene in a TOML file; raises SceneError for a faulty scene and for a file that cannot be read."""
         if not isinstance(path, (str, os.PathLike)):
             raise SceneError(f"path = {shown(path)}: must be the path of a scene file")
         try:
@@ -68,7 +68,7 @@ class Scene(Table):
     def parse(cls, scene: str | Mapping[str, Any], folder: str | Path = "") -> Scene:
         """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
 
-        Relative paths in a text start at ``folder``.
+        Relative paths in a text are relative to ``folder``.
         """
         if isinstance(scene, Mapping):
             return cls(**plain(scene))
@@ -76,7 +76,7 @@ class Scene(Table):
             raise SceneError(f"scene = {shown(scene)}: must be TOML text or a mapping of its tables")
         try:
             tables = tomllib.loads(scene)
-        except (ValueError, RecursionError) as error:  # a number of 5000 digits is a ValueError of its own
+        except (ValueError, RecursionError) as error:  # a number of 5000 digits raises another ValueError
             raise SceneError(f"this is not TOML: {error}") from None
         box = tables.get("box")
         for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
@@ -99,11 +99,11 @@ class Scene(Table):
     __str__ = __repr__
 
     def to_toml(self) -> str:
-        """The scene as TOML text with every default filled in; ``parse`` gives an equal scene back."""
+        """The scene as TOML text with every default filled in; ``parse`` returns an equal scene."""
         return tomli_w.dumps(self._tables())
 
     def hash(self) -> str:
-        """SHA-256 (hex) of the content, defaults included; the order and spelling of a file make no difference."""
+        """SHA-256 (hex) of the content including defaults, independent of order and formatting of the file."""
         return hashlib.sha256(json.dumps(self._tables(), sort_keys=True).encode()).hexdigest()
 
     def _tables(self) -> dict[str, Any]:
@@ -111,7 +111,7 @@ class Scene(Table):
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Swimmers in a box are placed at random where the scene does not place them."""
+        """The scene with random placement of swimmers in a box where it gives none."""
         swimmers = data.get("swimmers")
         if "box" not in data or not isinstance(swimmers, tuple):
             return data
@@ -122,14 +122,14 @@ class Scene(Table):
     def period(self) -> tuple[float, float, float]:
         """The period of the box along each axis, 0 where there is none; length.
 
-        Where the box has a ``fraction``, cells as wide as the steric core fill that share of its volume, or of the
-        area of a slab.
+        A box with a ``fraction`` is such that cells as wide as the steric core fill this fraction of its volume, or of
+        the area of a slab.
         """
         if self.box is None or self.box.kind not in AXES:
             return (0.0, 0.0, 0.0)
         size = self.box.size
         if size is None and self.box.fraction is not None:
-            assert self.steric is not None  # the scene is refused without
+            assert self.steric is not None  # checked before
             cells = sum(table.count for table in self.swimmers)
             size = _filled(self.box.kind, self.box.fraction, cells, self.steric.core)
         return (*(size or (0.0, 0.0)), 0.0)[:3]  # type: ignore[return-value]
@@ -157,7 +157,7 @@ def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float
 
 
 def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-    """Faults between the box, the swimmers in it and their steric repulsion."""
+    """Faults that concern the box together with its swimmers and their steric repulsion."""
     faults: Faults = []
     tables = good.get("swimmers") or ()
     if "box" not in raw:
@@ -168,7 +168,7 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         ]
     box, steric = good.get("box"), good.get("steric")
     if not raw.get("swimmers"):
-        faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] to live in it"))
+        faults.append(fault(("box",), raw["box"], ": there are no [[swimmers]] in it"))
     if box and "fraction" in box and "steric" not in raw:
         text = f" = {box['fraction']:g}: refers to cells as wide as the steric core: add [steric], or give size"
         faults.append(fault(("box", "fraction"), box, text))
@@ -176,11 +176,11 @@ def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
 
 
 def _symmetry_faults(good: dict[str, Any]) -> Faults:
-    """Symmetric swimmers under forces that could break their symmetry."""
+    """Symmetric swimmers together with forces that could break their symmetry."""
     steric, box = good.get("steric"), good.get("box")
     walls = box and box["kind"] != "periodic"
-    felt = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
-    forces = [name for name, there in felt.items() if there]
+    possible = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
+    forces = [name for name, present in possible.items() if present]
     text = f" = true: not possible with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
     return [
         fault(("swimmers", i, "symmetric"), table, text)
@@ -190,21 +190,21 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
 
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
-    """Only the nearest image of a node is felt: a box must be wider than the reach to both sides."""
+    """Boxes not wider than twice the range of the steric force, as only nearest images interact."""
     least = 2 * CUTOFF * steric["range"]
-    said = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
+    required = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
     if "size" in box:
-        text = f" = {shown(box['size'])}: {said}"
+        text = f" = {shown(box['size'])}: {required}"
         return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
     if "fraction" not in box or box["kind"] not in AXES or not tables:
         return []
     side = _filled(box["kind"], box["fraction"], sum(table["count"] for table in tables), steric["core"])[0]
-    text = f" = {box['fraction']:g}: makes a box {side:.4g} wide; it {said}: place more swimmers, or fill less"
+    text = f" = {box['fraction']:g}: makes a box {side:.4g} wide; it {required}: place more swimmers, or fill less"
     return [fault(("box", "fraction"), box, text)] if side <= least else []
 
 
 def _name_faults(raw: dict[str, Any]) -> Faults:
-    """Ensembles that share a name, or differ in case only: not every file system tells such folders apart."""
+    """Ensembles whose names are equal or differ in case only, as some file systems ignore case."""
     first: dict[str, str] = {}
     faults = []
     for key in ("filaments", "swimmers"):

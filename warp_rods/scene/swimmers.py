@@ -22,11 +22,11 @@ __all__ = ["Arrangement", "Flagella", "FreePlacement", "Shape", "Swimmers"]
 
 
 SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"balanced": True}, "straight": {}}
-"""Kind of shape → the keys that only this kind has, and their defaults."""
+"""Kind of shape → keys that only this kind has, with defaults."""
 
 
 class Shape(Table):
-    """The curvature at the start: an amplitude times a mode of the beam, or the writhe (C.63)–(C.66); or none."""
+    """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight."""
 
     kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
     mode: int | None = Field(default=None, ge=0, description="a whole number, 0 or more")
@@ -53,7 +53,7 @@ class Shape(Table):
 
 
 class FreePlacement(Table):
-    """Where swimmers start: their middle points and the directions of the tangent there [rod, 3]."""
+    """Initial positions of swimmers: middle points and directions of the tangent there [rod, 3]."""
 
     position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
     direction: tuple[Direction, ...] | None = Field(
@@ -72,7 +72,7 @@ def _odd(nodes: int) -> int:
 
 
 class Swimmers(Ensemble):
-    """An ensemble of active free rods (chapter 4), in dimensionless numbers."""
+    """An ensemble of active free rods (chapter 4) with dimensionless parameters."""
 
     nodes: Annotated[int, AfterValidator(_odd)] = Field(
         ge=17, le=MOST_NODES, description="an odd whole number, 17 or more, at most 100 000"
@@ -101,6 +101,6 @@ class Swimmers(Ensemble):
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:
-    """Keys of the table of flagella that may have one value a rod."""
+    """Keys of the table of flagella that may have one value per rod."""
     law = LAWS.get(str(table.get("law", DEFAULT_LAW))) if isinstance(table, dict) else None
     return ["relaxation", "diffusion", *(law.parameters if law else ())]

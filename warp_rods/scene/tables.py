@@ -19,7 +19,7 @@ LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
 
 
 class SurfaceTable(Table):
-    """A surface: its kind, and beside it the values of this kind, named in ``catalogue.KINDS``. Nothing is built."""
+    """A surface: its kind and the values of this kind, which are listed in ``catalogue.KINDS``. Builds nothing."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -53,7 +53,7 @@ class Steric(Table):
 
 
 class Time(Table):
-    """How long a run lasts, its time step (chosen where left out), and the time from one saved frame to the next."""
+    """The end time, the time step (chosen automatically where left out), and the time between saved frames."""
 
     end: Positive = Field(description="a positive number")
     step: Positive | None = Field(default=None, description="a positive number, or left out")
@@ -61,15 +61,15 @@ class Time(Table):
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """A frame is saved every hundredth of the run, or every step where steps are longer."""
+        """The table with the default for save_every: a hundredth of the run, or the step where that is longer."""
         end, step = (_positive(data.get(key)) for key in ("end", "step"))
-        if end is None:  # the scene is refused for that: any value will do
+        if end is None:  # end is a fault already: any value will do
             return {"save_every": 1.0, **data}
         return {"save_every": min(end, max(end / 100, step or 0.0)), **data}
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        # One line for each key: of the two bounds of the step that by the end is reported, which comes last.
+        # One line for each key: where step exceeds both bounds, the later line, on end, is kept.
         at_most = [("step", "save_every"), ("save_every", "end"), ("step", "end")]
         faults = {
             short: fault((short,), good[short], f" = {good[short]}: must be at most {long} = {good[long]}")
@@ -92,7 +92,7 @@ def _length(text: str) -> str:
 
 
 def _positive(value: Any) -> float | None:
-    """The value, where it is a positive number."""
+    """The value where it is a positive number, else None."""
     try:
         return number(value, Positive)
     except ValueError:
@@ -100,7 +100,7 @@ def _positive(value: Any) -> float | None:
 
 
 class Units(Table):
-    """What one unit of the scene means, for reports and USD."""
+    """The physical units of the scene, for reports and USD."""
 
     length: Annotated[str, AfterValidator(_length)] = Field(
         description='a positive number and a unit in quotes, such as "1 um" (units: m, cm, mm, um, nm)'

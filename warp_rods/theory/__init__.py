@@ -1,12 +1,12 @@
-"""Theory beside the simulation: linear stability, fixed shapes and how they end, buckling of growing filaments.
+"""Theory: linear stability, fixed shapes and their bifurcations, buckling of growing filaments.
 
 stability, airy, elements            growth rates and critical stiffnesses of straight swimmers
-twisted_stability                    of swimmers that an active moment twists
+twisted_stability                    growth rates of straight swimmers twisted by an active moment
 tension                              the tension as a series (C.1)
-symmetry                             the symmetry of rotation by π (C.4)
-steady, steady_equations             fixed shapes of swimmers by Newton"s method, and their eigenvalues
-continuation                         fixed shapes followed in a parameter: folds, Hopf and branch points
-buckling                             clamped filaments at rest, and the length at which they buckle
+symmetry                             the symmetry under rotation by π (C.4)
+steady, steady_equations             fixed shapes of swimmers by Newton's method, and their eigenvalues
+continuation                         branches of fixed shapes: folds, Hopf bifurcations and branch points
+buckling                             equilibria of clamped filaments, and the length at which they buckle
 """
 
 import lazy_loader

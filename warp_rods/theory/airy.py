@@ -1,4 +1,7 @@
-"""Buckling of an active rod under f = 1 − 2H(s) in closed form: Airy conditions and functions of §4.3."""
+"""Buckling of an active rod under f = 1 − 2H(s) in closed form: the Airy conditions and functions of §4.3.
+
+``depth`` is −ξ*, the end of the interval on which the Airy functions are evaluated.
+"""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -12,10 +15,10 @@ from scipy.special import airy
 def airy_stiffnesses(count: int) -> np.ndarray:
     """First ``count`` critical β⊥ of (4.37) with f = 1 − 2H(s), descending, modes alternately even and odd.
 
-    Roots of (4.45), (4.47) in ξ* = −β^(−1/3)/2. Raises ValueError for ``count`` below 1.
+    Roots ξ* = −β^(−1/3)/2 of (4.45) and (4.47). Raises ValueError where ``count`` is below 1.
     """
     if count < 1:
-        raise ValueError(f"count = {count}: at least one critical stiffness must be asked for")
+        raise ValueError(f"count = {count}: must be at least one")
     even = _roots(_even_condition, (count + 1) // 2)
     odd = _roots(_odd_condition, count // 2)
     depths = np.empty(count)
@@ -26,7 +29,7 @@ def airy_stiffnesses(count: int) -> np.ndarray:
 def airy_mode(k: int, s: ArrayLike) -> np.ndarray:
     """Curvature of marginal mode ``k`` at ``s`` in [−1/2, 1/2]: (4.44) for even k, (4.46) for odd k.
 
-    L² norm 1; signs as of the beam modes: positive at the middle, or of positive slope there.
+    The L² norm is 1. Signs are those of the beam modes: even modes are positive at the middle, odd modes rise there.
     """
     s = np.asarray(s, dtype=np.float64)
     depth = 0.5 * airy_stiffnesses(k + 1)[k] ** (-1 / 3)
@@ -48,7 +51,7 @@ _leggauss = lru_cache(np.polynomial.legendre.leggauss)
 
 
 def _airy_integrals(xi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """∫₀^ξ Ai dx and ∫₀^ξ Bi dx to round-off; scipy.special.itairy is good to 2e-7 only."""
+    """∫₀^ξ Ai dx and ∫₀^ξ Bi dx to round-off; the error of scipy.special.itairy is 2e-7."""
     xi = np.asarray(xi, dtype=np.float64)
     nodes, weights = _gauss(float(np.max(np.abs(xi))))
     ai, _, bi, _ = airy(0.5 * xi[..., None] * (1.0 + nodes))
@@ -82,7 +85,7 @@ def _odd_condition(depth: float) -> float:
 
 
 def _roots(condition: Callable[[float], float], count: int) -> np.ndarray:
-    """First ``count`` roots in depth > 0, scanned at a twentieth of the local wavelength."""
+    """First ``count`` positive roots, bracketed in steps of a twentieth of the local wavelength."""
     roots: list[float] = []
     left, at_left = 1.0, condition(1.0)  # both conditions vanish trivially at 0, and nowhere else below 2
     while len(roots) < count:

@@ -1,8 +1,8 @@
 """Functions with κ = κ' = 0 at both ends: C¹ piecewise polynomials of high degree on [−1/2, 1/2].
 
-Hermite cubics join the intervals; twice-integrated Legendre polynomials fill them. Second derivatives are
-then nearly orthonormal, so a fourth-order operator is well conditioned at any degree, and a kink that falls
-on an interval's end costs no accuracy.
+Hermite cubics represent values and slopes at the ends of the intervals; twice-integrated Legendre polynomials (bubbles)
+complete the basis inside each. Second derivatives are then nearly orthonormal, so that a fourth-order operator is well
+conditioned at any degree. A kink at the end of an interval costs no accuracy.
 """
 
 from dataclasses import dataclass
@@ -16,9 +16,10 @@ DEGREE = 18
 
 @dataclass(frozen=True)
 class ClampedElements:
-    """Tables of the basis at the Gauss points of ``intervals`` equal intervals.
+    """The basis tabulated at the Gauss points of ``intervals`` equal intervals.
 
-    ``s``, ``weights`` [point]; ``value``, ``slope``, ``second`` [point, function]: basis and derivatives.
+    ``s``, ``weights`` [point]. ``value``, ``slope``, ``second`` [point, function]: basis functions, their first and
+    second derivatives.
     """
 
     intervals: int
@@ -29,11 +30,11 @@ class ClampedElements:
     second: np.ndarray
 
     def evaluate(self, amplitudes: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Functions of ``amplitudes`` [..., function] at ``s`` [node]: [..., node]."""
+        """Functions with these ``amplitudes`` [..., function], evaluated at ``s`` [node]: [..., node]."""
         return amplitudes @ _table(s, self.intervals, 0).T
 
     def antiderivative(self, samples: np.ndarray) -> np.ndarray:
-        """∫ from −1/2 to each Gauss point of samples there [point], which may jump between intervals."""
+        """∫ from −1/2 to each Gauss point; ``samples`` [point] are given there and may jump between intervals."""
         points = len(self.s) // self.intervals
         nodes, weights = legendre.leggauss(points)
         primitives = [legendre.legval(nodes, legendre.legint(row, lbnd=-1)) for row in np.eye(points)]
@@ -45,7 +46,7 @@ class ClampedElements:
 
 @lru_cache(maxsize=8)
 def clamped_elements(intervals: int) -> ClampedElements:
-    """The basis on ``intervals`` equal intervals, DEGREE in each."""
+    """The basis of degree ``DEGREE`` on ``intervals`` equal intervals."""
     nodes, weights = legendre.leggauss(DEGREE + 4)
     lefts = np.arange(intervals)[:, None]
     s = ((lefts + 0.5 * (1.0 + nodes)) / intervals - 0.5).ravel()
@@ -54,7 +55,7 @@ def clamped_elements(intervals: int) -> ClampedElements:
 
 
 def _shapes() -> np.ndarray:
-    """Legendre coefficients [shape, degree] on [−1, 1]: value, slope at −1, the same at +1, then bubbles."""
+    """Legendre coefficients [shape, degree] on [−1, 1]: value and slope at −1, value and slope at +1, bubbles."""
     shapes = np.zeros((DEGREE + 1, DEGREE + 1))
     cubics = np.array([[2, -3, 0, 1], [1, -1, -1, 1], [2, 3, 0, -1], [-1, -1, 1, 1]]) / 4
     for row, cubic in enumerate(cubics):
@@ -67,7 +68,7 @@ def _shapes() -> np.ndarray:
 
 
 def _table(s: np.ndarray, intervals: int, order: int) -> np.ndarray:
-    """Derivative of ``order`` of every basis function at ``s``: [point, function]."""
+    """The derivative of this order of every basis function at ``s``: [point, function]."""
     position = (s + 0.5) * intervals
     interval = np.clip(position.astype(int), 0, intervals - 1)
     shapes = legendre.legval(2 * (position - interval) - 1, legendre.legder(_shapes(), order, axis=1).T).T

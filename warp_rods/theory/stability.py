@@ -1,6 +1,7 @@
 """Linear theory of a nearly straight active rod: spectra of (4.36), critical stiffnesses, growth rates.
 
-Dimensionless as in the model: arc length s in [−1/2, 1/2], stiffness β⊥, drag ratio η, activity f(s).
+All quantities are dimensionless (docs/model.md §1.2): arc length s in [−1/2, 1/2], bending stiffness β⊥ = ``bend``,
+drag ratio η, activity f(s).
 """
 
 from collections.abc import Callable
@@ -19,13 +20,13 @@ __all__ = [
     "ACTIVITIES",
     "airy_mode",
     "airy_stiffnesses",
-    "beam_mode_critical_bend",
+    "beam_mode_critical_stiffness",
     "beam_mode_growth_rate",
-    "critical_bends",
     "critical_stiffness",
     "eigenmodes",
     "eigenvalues",
     "growth_rates",
+    "marginal_stiffnesses",
     "physical_critical_stiffness",
 ]
 
@@ -36,10 +37,10 @@ ACTIVITIES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "piecewise": lambda s: -np.sign(s),
     "uniform": np.ones_like,
 }
-"""Activity f(s) by name: the compressive profiles of §4.3, and the uniform one."""
+"""Activity f(s) by name: the two compressive profiles of §4.3, and the uniform one."""
 
-CRITICAL_BEND = 0.0101
-"""β⊥ that appendix C.2 calls critical: the one at which the growth rate of beam mode 0 vanishes."""
+CRITICAL_STIFFNESS = 0.0101
+"""Critical β⊥ of appendix C.2, where the growth rate of beam mode 0 vanishes."""
 
 
 def eigenvalues(
@@ -47,10 +48,10 @@ def eigenvalues(
 ) -> np.ndarray:
     """Leading ``count`` eigenvalues μ_n of the linear curvature dynamics (4.36), (4.37) with f held fixed.
 
-    Complex, largest real part first. ``activity``: a name in ACTIVITIES, a function of s, or values at
-    equally spaced nodes from −1/2 to 1/2. Good to ten digits where f is smooth on each of the equal
-    ``intervals``: choose them so that jumps of f fall between two (an even number for one at s = 0).
-    Raises ValueError for an unknown name.
+    Complex, largest real part first. ``activity``: a name in ACTIVITIES, a function of s, or values at equally spaced
+    nodes from −1/2 to 1/2. Accurate to ten digits where f is smooth on each of the equal ``intervals``. Choose their
+    number so that jumps of f lie between two of them: an even number for a jump at s = 0. Raises ValueError for an
+    unknown name.
     """
     return _spectrum(bend, activity, drag_ratio, count, intervals)[0]
 
@@ -63,46 +64,48 @@ def eigenmodes(
     count: int = 6,
     intervals: int = 8,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues as of ``eigenvalues`` [mode] and the curvature of their modes [mode, node] at ``s`` [node].
+    """Eigenvalues [mode], as ``eigenvalues`` gives them, and curvatures of the modes [mode, node] at ``s`` [node].
 
-    Complex, L² norm 1, and the phase of beam modes: real modes are real, and positive just beyond the middle.
+    Modes are complex with L² norm 1. Their phase makes them real and positive just beyond the middle, as beam modes
+    are.
     """
     values, amplitudes, space = _spectrum(bend, activity, drag_ratio, count, intervals)
     samples = amplitudes @ space.value.T
-    # Even modes are positive here if they are at the middle, and odd ones if their slope there is.
+    # Positive here: even modes that are positive at the middle, and odd modes that rise there.
     beside_middle = space.evaluate(amplitudes, np.array([0.01]))[:, 0]
     phase = np.conj(beside_middle) / np.abs(beside_middle)
     scale = phase / np.sqrt(np.abs(samples) ** 2 @ space.weights)
     return values, space.evaluate(amplitudes * scale[:, None], np.asarray(s, dtype=np.float64))
 
 
-def critical_bends(
+def marginal_stiffnesses(
     count: int = 1, activity: Activity = "tanh", drag_ratio: float = 2.0, intervals: int = 8
 ) -> np.ndarray:
-    """Stiffnesses β⊥ at which (4.36) has an eigenvalue μ = 0, the ``count`` largest, descending.
+    """The ``count`` largest stiffnesses β⊥ at which (4.36) has an eigenvalue μ = 0, descending.
 
-    With f = −tanh 10s the first is 1.06153e-2; with the piecewise f they are ``airy_stiffnesses``. Fewer are
-    returned where fewer exist. ``drag_ratio`` matters only where the mean of f is not zero.
+    With f = −tanh 10s the first is 1.06153e-2; with the piecewise f they are ``airy_stiffnesses``. Fewer are returned
+    where fewer exist. ``drag_ratio`` has an effect only where the mean of f is not zero.
     """
     space = clamped_elements(intervals)
-    bending, load = _forms(activity, drag_ratio, space)
-    bends = eigvals(load, bending)
-    real = bends.real[np.abs(bends.imag) <= 1e-9 * np.abs(bends).max()]
-    return np.sort(real[real > 1e-9 * np.abs(bends).max()])[::-1][:count]
+    bending, load = _weak_forms(activity, drag_ratio, space)
+    stiffness = eigvals(load, bending)
+    negligible = 1e-9 * np.abs(stiffness).max()
+    real = stiffness.real[np.abs(stiffness.imag) <= negligible]
+    return np.sort(real[real > negligible])[::-1][:count]
 
 
 def beam_mode_growth_rate(
     bend: float, activity: Activity = "tanh", drag_ratio: float = 2.0, mode: int = 0, intervals: int = 8
 ) -> float:
-    """Growth rate σ_k = ⟨φ_k, L φ_k⟩ of beam mode ``mode`` at its start, other modes absent (Fig. 4.2b)."""
+    """Initial growth rate σ_k = ⟨φ_k, L φ_k⟩ of beam mode ``mode``, all other modes absent (Fig 4.2b)."""
     bending, load = _beam_mode_forms(activity, drag_ratio, mode, intervals)
     return (load - bend * bending) / drag_ratio
 
 
-def beam_mode_critical_bend(
+def beam_mode_critical_stiffness(
     activity: Activity = "tanh", drag_ratio: float = 2.0, mode: int = 0, intervals: int = 8
 ) -> float:
-    """Stiffness β⊥ at which ``beam_mode_growth_rate`` vanishes: 1.0154e-2 for f = −tanh 10s and mode 0."""
+    """Stiffness β⊥ at which ``beam_mode_growth_rate`` is zero: 1.0154e-2 for f = −tanh 10s and mode 0."""
     bending, load = _beam_mode_forms(activity, drag_ratio, mode, intervals)
     return load / bending
 
@@ -116,10 +119,10 @@ def critical_stiffness(length: float, diameter: float, viscosity: float, speed: 
 
 
 def critical_stiffness(*arguments: Any, **named: Any) -> Any:
-    """Critical bending stiffness, in either of two ways.
+    """Critical bending stiffness, dimensionless or of a real cell.
 
-    ``critical_stiffness(10)``: the first ten dimensionless ones, as ``airy_stiffnesses(10)``.
-    ``critical_stiffness(length, diameter, viscosity, speed)``, in SI units: that of a real cell in N m², as
+    ``critical_stiffness(10)``: the first ten dimensionless values, as ``airy_stiffnesses(10)``.
+    ``critical_stiffness(length, diameter, viscosity, speed)`` in SI units: the value for a real cell in N m², as
     ``physical_critical_stiffness``. Raises TypeError for any other arguments.
     """
     if len(arguments) == 1 and not named:
@@ -130,13 +133,13 @@ def critical_stiffness(*arguments: Any, **named: Any) -> Any:
 def physical_critical_stiffness(length: float, diameter: float, viscosity: float, speed: float) -> float:
     """Critical bending stiffness B⊥ in N m² of a cell that swims at ``speed`` (appendix C.2).
 
-    ``length`` L and ``diameter`` a in m, ``viscosity`` μ in Pa s, ``speed`` u* in m/s: B⊥ = β* f* L³ with
-    ζ∥ = 2πμ/ln(L/a) and f* = ζ∥ u*. Raises ValueError unless all are positive and the cell is slender.
+    ``length`` L and ``diameter`` a in m, ``viscosity`` μ in Pa s, ``speed`` u* in m/s. B⊥ = β* f* L³ with
+    ζ∥ = 2πμ/ln(L/a) and f* = ζ∥ u*. Raises ValueError unless all are positive and L > a.
     """
     if not (length > diameter > 0 and viscosity > 0 and speed > 0):
-        raise ValueError("length > diameter > 0, viscosity > 0 and speed > 0 are needed")
+        raise ValueError("must be: length > diameter > 0, viscosity > 0 and speed > 0")
     drag = 2.0 * np.pi * viscosity / np.log(length / diameter)
-    return float(CRITICAL_BEND * drag * speed * length**3)
+    return float(CRITICAL_STIFFNESS * drag * speed * length**3)
 
 
 def growth_rates(
@@ -144,8 +147,8 @@ def growth_rates(
 ) -> np.ndarray:
     """Leading ``count`` eigenvalues of the linearisation of d/dt state = ``rate(state)`` about ``state``.
 
-    ``state`` [component]; complex eigenvalues, largest real part first. The Jacobian is dense, by central
-    differences of size ``step`` times max(1, |component|): twice as many calls of ``rate`` as components.
+    ``state`` [component]. Eigenvalues are complex, largest real part first. The Jacobian is dense and comes from
+    central differences of size ``step`` times max(1, |component|), which takes two calls of ``rate`` per component.
     """
     state = np.asarray(state, dtype=np.float64)
     jacobian = np.empty((state.size, state.size))
@@ -162,11 +165,11 @@ def _leading(values: np.ndarray, count: int) -> np.ndarray:
     return values[np.lexsort((-values.imag, -values.real))][:count]
 
 
-def _straight(activity: Activity, space: ClampedElements) -> tuple[np.ndarray, float]:
-    """Tension (4.35) of the straight rod at the Gauss points, and the mean f̄ of the activity."""
+def _straight_rod(activity: Activity, space: ClampedElements) -> tuple[np.ndarray, float]:
+    """Tension (4.35) of the straight rod at the Gauss points, and the mean activity f̄."""
     if isinstance(activity, str):
         if activity not in ACTIVITIES:
-            raise ValueError(f"activity {activity!r}: known ones are {', '.join(ACTIVITIES)}")
+            raise ValueError(f"activity = {activity!r}: must be one of {', '.join(ACTIVITIES)}")
         force = ACTIVITIES[activity](space.s)
     elif callable(activity):
         force = np.broadcast_to(np.asarray(activity(space.s), dtype=np.float64), space.s.shape)
@@ -177,9 +180,9 @@ def _straight(activity: Activity, space: ClampedElements) -> tuple[np.ndarray, f
     return -space.antiderivative(force - mean), mean
 
 
-def _forms(activity: Activity, drag_ratio: float, space: ClampedElements) -> tuple[np.ndarray, np.ndarray]:
+def _weak_forms(activity: Activity, drag_ratio: float, space: ClampedElements) -> tuple[np.ndarray, np.ndarray]:
     """Matrices of ∫ψ''κ'' and of the load ∫ψ''λκ + η f̄ ∫ψκ' in the weak form of (4.36)."""
-    tension, mean = _straight(activity, space)
+    tension, mean = _straight_rod(activity, space)
     weights = space.weights[:, None]
     bending = space.second.T @ (weights * space.second)
     load = space.second.T @ (weights * tension[:, None] * space.value)
@@ -192,7 +195,7 @@ def _spectrum(
 ) -> tuple[np.ndarray, np.ndarray, ClampedElements]:
     """Leading eigenvalues [mode], their basis amplitudes [mode, function], and the basis."""
     space = clamped_elements(intervals)
-    bending, load = _forms(activity, drag_ratio, space)
+    bending, load = _weak_forms(activity, drag_ratio, space)
     mass = space.value.T @ (space.weights[:, None] * space.value)
     values, vectors = eig((load - bend * bending) / drag_ratio, mass)
     order = np.lexsort((-values.imag, -values.real))[:count]
@@ -200,9 +203,9 @@ def _spectrum(
 
 
 def _beam_mode_forms(activity: Activity, drag_ratio: float, mode: int, intervals: int) -> tuple[float, float]:
-    """The forms of ``_forms`` for beam mode ``mode`` alone."""
+    """The two forms of ``_weak_forms`` for one beam mode."""
     space = clamped_elements(intervals)
-    tension, mean = _straight(activity, space)
+    tension, mean = _straight_rod(activity, space)
     value, slope, second = (beam_mode_derivative(mode, space.s, order) for order in range(3))
     load = space.weights @ (second * tension * value + drag_ratio * mean * value * slope)
     return float(space.weights @ second**2), float(load)

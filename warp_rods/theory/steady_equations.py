@@ -1,8 +1,9 @@
-"""The semi-discrete equations of one free swimmer, on the unknowns that ends, plane and symmetry leave (model.md §2).
+"""The semi-discrete equations of one free swimmer in its independent unknowns (docs/model.md §2.3).
 
-The equations are those of ``FreeRods.rates``, which the time stepper integrates, and their Jacobian is a batch of
-perturbed rods: nothing is derived a second time. It is dense, as λ and ω0 tie all nodes together, but a few hundred
-unknowns make that the quickest way as well as the plainest.
+Independent are the node values that end conditions, planarity and symmetry do not fix. The rates are those of
+``FreeRods.rates``, which the time stepper integrates. The Jacobian comes from a batch of perturbed rods, so that no
+equation is derived a second time. It is dense, as λ and ω0 couple all nodes; for a few hundred unknowns a dense solve
+is also the fastest.
 """
 
 from __future__ import annotations
@@ -27,27 +28,27 @@ DEFAULTS = {
     "moment": 0.0, "drag_ratio": 2.0, "rotational_drag": 3e-3, "relaxation": 1e-2, "diffusion": 1e-3,
 }  # fmt: skip
 PARITIES = (-1, 1, 1, -1)
-"""Of Re k, Im k, τ and f under s → −s in a shape with the π-rotation symmetry (C.49)."""
+"""Parities of Re k, Im k, τ and f under s → −s in a shape with the π-rotation symmetry (C.49)."""
 PERTURBATION = 1e-2
-"""Of each unknown, for five-point differences: rates are cubic in all but for the tension's denominator."""
+"""Change of each unknown in five-point differences. The rates are cubic except for the denominator of the tension."""
 DIFFERENCES = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}
-"""Weights of the fourth-order first difference."""
-Nearby = Mapping[int, Mapping[str, float]]
-"""Parameters at the places of ``DIFFERENCES`` about those of a state."""
+"""Offsets and weights of the fourth-order first difference."""
+NearbyParameters = Mapping[int, Mapping[str, float]]
+"""Changed parameters at each offset of ``DIFFERENCES``."""
 BATCH = 512
-"""Rods evaluated at a time, which bounds the memory."""
+"""Rods evaluated at a time; limits the memory."""
 STRAIGHT = 1e-7
-"""Norm of the unknown bendings below which a shape is straight, and has no phase."""
+"""Norm of the bending below which a shape counts as straight, and its phase is undefined."""
 
 
 @dataclass(frozen=True)
 class Swimmer:
-    """One swimmer whose fixed shapes are sought: the numbers that ``FreeRods`` takes, dimensionless.
+    """One swimmer whose fixed shapes are sought, with the dimensionless parameters of ``FreeRods``.
 
-    parameters: bend β⊥ and twist β∥, and where not as in ``DEFAULTS`` moment M, drag_ratio η, rotational_drag ηr,
-    relaxation τf, diffusion D. planar: bent in one plane and without twist, which needs M = 0. symmetric: with the
-    π-rotation symmetry of C.49. held: f [node], for flagella that keep to it and are no unknowns. Raises SceneError
-    for names unknown or missing, a moment in a plane, and what ``FreeRods`` refuses.
+    parameters: bend β⊥ and twist β∥; optional, with ``DEFAULTS``, are moment M, drag_ratio η, rotational_drag ηr,
+    relaxation τf and diffusion D. planar: bent in one plane and without twist, which needs M = 0. symmetric: with the
+    π-rotation symmetry (C.49). held: f [node] of flagella that stay fixed and are not among the unknowns. Raises
+    SceneError for an unknown or missing parameter and for a planar swimmer with a moment.
     """
 
     nodes: int
@@ -60,14 +61,15 @@ class Swimmer:
         whole = DEFAULTS | {name: float(value) for name, value in self.parameters.items()}
         wrong, missing = whole.keys() - set(PARAMETERS), set(PARAMETERS) - whole.keys()
         if wrong or missing:
-            raise SceneError(f"parameters: {', '.join(sorted(wrong | missing))}: needed are {', '.join(PARAMETERS)}")
+            faulty = ", ".join(sorted(wrong | missing))
+            raise SceneError(f"parameters: {faulty} unknown or missing; needed are {', '.join(PARAMETERS)}")
         if self.planar and whole["moment"] != 0:
-            raise SceneError(f"moment = {whole['moment']:g}: takes a swimmer out of its plane; use planar = False")
+            raise SceneError(f"moment = {whole['moment']:g}: must be 0 for a planar swimmer; or use planar = False")
         object.__setattr__(self, "parameters", whole)
 
     @classmethod
     def of(cls, table: Swimmers, rod: int = 0, planar: bool | None = None) -> Swimmer:
-        """Rod ``rod`` of a scene's table [[swimmers]]; planar by default where it has no moment."""
+        """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0."""
         of_flagella = ("relaxation", "diffusion")
         values = {
             name: each_rod(getattr(table.flagella if name in of_flagella else table, name), table.count)[rod]
@@ -76,17 +78,17 @@ class Swimmer:
         flat = bool(values["moment"] == 0) if planar is None else planar
         return cls(table.nodes, values, planar=flat, symmetric=table.symmetric)
 
-    def having(self, **parameters: float) -> Swimmer:
+    def with_parameters(self, **parameters: float) -> Swimmer:
         """The same swimmer with other values of some parameters."""
         return replace(self, parameters={**self.parameters, **parameters})
 
     @property
     def law(self) -> str:
-        """That of the flagella, of ``flagella.LAWS``."""
+        """The activity law of its flagella: a key of ``LAWS`` in ``scene/flagella.py``."""
         return "relaxing" if self.held is None else "held"
 
     def rods(self, fields: np.ndarray, parameters: Mapping[str, Any], symmetric: bool = False) -> FreeRods:
-        """An ensemble on the CPU with the Re k, Im k, τ, f of ``fields`` [rod, 4, node], Bishop frame."""
+        """An ensemble on the CPU with Re k, Im k, τ, f from ``fields`` [rod, 4, node], in the Bishop frame."""
         given = dict(parameters)
         flagella = Flagella(given.pop("relaxation"), given.pop("diffusion"), fields[:, 3], law=self.law)
         material = (fields[:, 0] + 1j * fields[:, 1]) * np.exp(-1j * from_midpoint(fields[:, 2]))
@@ -97,17 +99,20 @@ class Swimmer:
 
 
 class Equations:
-    """The rates of a swimmer on its unknowns: node values that the ends, plane and symmetry leave free [unknown]."""
+    """The rates of a swimmer as functions of its independent unknowns [unknown].
+
+    ``rotation``: the sparse matrix that maps the unknowns of k to those of ik.
+    """
 
     def __init__(self, swimmer: Swimmer):
         self.swimmer = swimmer
-        self.basis, self.turn = _basis(swimmer.nodes, swimmer.planar, swimmer.symmetric, swimmer.held is not None)
+        self.basis, self.rotation = _basis(swimmer.nodes, swimmer.planar, swimmer.symmetric, swimmer.held is not None)
         self.fixed = np.zeros((4, swimmer.nodes))
         if swimmer.held is not None:
             self.fixed[3] = swimmer.held
 
     def state(self, fields: np.ndarray) -> np.ndarray:
-        """Unknowns [unknown] of fields [4, node]; what the swimmer does not allow is left out."""
+        """Unknowns [unknown] of fields [4, node]; components that the swimmer does not allow are dropped."""
         return self.basis.T @ fields.ravel()
 
     def fields(self, states: np.ndarray) -> np.ndarray:
@@ -126,63 +131,63 @@ class Equations:
             found[some] = change.reshape(len(k), -1) @ self.basis
         return found
 
-    def linear(
-        self, state: np.ndarray, parameters: Mapping[str, float], nearby: Nearby | None = None
+    def linearise(
+        self, state: np.ndarray, parameters: Mapping[str, float], nearby: NearbyParameters | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rates [unknown], their Jacobian [unknown, unknown], and their difference over ``nearby`` parameters.
+        """Rates [unknown], their Jacobian [unknown, unknown], and their derivative along ``nearby`` parameters.
 
-        nearby: {place: parameters} for the places of ``DIFFERENCES``; the difference is per place.
+        nearby: {offset: parameters} for the offsets of ``DIFFERENCES``; the derivative is per unit of offset.
         """
         size = len(state)
         states = np.tile(state, (4 * (size + 1) + 1, 1))
         whole = {name: np.full(len(states), value) for name, value in parameters.items()}
-        for block, place in enumerate(DIFFERENCES):
+        for block, offset in enumerate(DIFFERENCES):
             rows = block * (size + 1) + np.arange(size)
-            states[rows, np.arange(size)] += place * PERTURBATION
-            for name, value in (nearby or {}).get(place, {}).items():
+            states[rows, np.arange(size)] += offset * PERTURBATION
+            for name, value in (nearby or {}).get(offset, {}).items():
                 whole[name][block * (size + 1) + size] = value
         rates = self.rates(states, whole)
         slopes = np.tensordot(list(DIFFERENCES.values()), rates[:-1].reshape(4, size + 1, size), axes=1)
         return rates[-1], slopes[:-1].T / PERTURBATION, slopes[-1]
 
-    def turns(self, state: np.ndarray) -> bool:
-        """Whether a shape can turn about its tangent: one in space, bent, whose phase no symmetry fixes."""
-        return self.turn.nnz > 0 and float(np.linalg.norm(self.turn @ state)) > STRAIGHT
+    def can_rotate(self, state: np.ndarray) -> bool:
+        """Whether a shape can rotate about its tangent: it is bent, neither planar nor symmetric."""
+        return self.rotation.nnz > 0 and float(np.linalg.norm(self.rotation @ state)) > STRAIGHT
 
     def spin(self, state: np.ndarray) -> float:
-        """Rate Ω at which a shape turns about its tangent: that of the best fit of iΩk to dk/dt."""
-        turned = self.turn @ state
-        if not self.turns(state):
+        """Rate Ω at which a shape rotates about its tangent: the least-squares fit of iΩk to dk/dt."""
+        turned = self.rotation @ state
+        if not self.can_rotate(state):
             return 0.0
         return float(turned @ self.rates(state[None], self.swimmer.parameters)[0] / (turned @ turned))
 
     def system(
-        self, state: np.ndarray, spin: float, parameters: Mapping[str, float], nearby: Nearby | None = None
+        self, state: np.ndarray, spin: float, parameters: Mapping[str, float], nearby: NearbyParameters | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What vanishes at a fixed shape [unknown + 1], and the Jacobian of the rates alone.
+        """Residual [unknown + 1] that is zero at a fixed shape, its derivatives, and the Jacobian of the rates alone.
 
-        In the middle its derivatives by the state, Ω and the place of ``nearby`` [unknown + 1, unknown + 2]. The last
-        row fixes the phase of k, as there is no change along ik; or Ω = 0, where a shape cannot turn.
+        The derivatives [unknown + 1, unknown + 2] are with respect to the state, Ω and the offset of ``nearby``. The
+        last row fixes the phase of k, by no change along ik; where a shape cannot rotate, it sets Ω = 0.
         """
-        rate, jacobian, slope = self.linear(state, parameters, nearby)
-        turned = self.turn @ state
-        last = np.append(turned, [0.0, 0.0]) if self.turns(state) else np.append(0.0 * state, [1.0, 0.0])
-        rows = np.column_stack([jacobian - spin * self.turn.toarray(), -turned, slope])
+        rate, jacobian, slope = self.linearise(state, parameters, nearby)
+        turned = self.rotation @ state
+        last = np.append(turned, [0.0, 0.0]) if self.can_rotate(state) else np.append(0.0 * state, [1.0, 0.0])
+        rows = np.column_stack([jacobian - spin * self.rotation.toarray(), -turned, slope])
         return np.append(rate - spin * turned, 0.0), np.vstack([rows, last]), jacobian
 
     def spectrum(self, jacobian: np.ndarray, state: np.ndarray, spin: float) -> np.ndarray:
-        """Eigenvalues, largest real part first, of the Jacobian seen from a frame that turns with the shape."""
-        if self.turns(state):
-            # J v = 0 for v = ik, so the other eigenvalues are those of J on the directions normal to it.
-            others = linalg.null_space((self.turn @ state)[None])
-            jacobian = others.T @ (jacobian - spin * self.turn.toarray()) @ others
+        """Eigenvalues of the Jacobian in the frame that rotates with the shape, largest real part first."""
+        if self.can_rotate(state):
+            # J v = 0 for v = ik: the other eigenvalues are those of J on the directions normal to v.
+            others = linalg.null_space((self.rotation @ state)[None])
+            jacobian = others.T @ (jacobian - spin * self.rotation.toarray()) @ others
         values = linalg.eigvals(jacobian)
         return values[np.lexsort((-values.imag, -values.real))]
 
 
 @lru_cache(maxsize=16)
 def _basis(nodes: int, planar: bool, symmetric: bool, held: bool) -> tuple[Any, Any]:
-    """Orthonormal columns [4 nodes, unknown] that span the fields allowed, and k → ik on the unknowns."""
+    """Orthonormal columns [4 nodes, unknown] that span the allowed fields; and the map k → ik of the unknowns."""
     free = (not planar, True, not planar, not held)
     blocks = []
     for allowed, parity, ends in zip(free, PARITIES, (False, False, False, True), strict=True):
@@ -193,17 +198,17 @@ def _basis(nodes: int, planar: bool, symmetric: bool, held: bool) -> tuple[Any, 
             columns = columns / np.linalg.norm(columns, axis=0)
         blocks.append(columns if allowed else np.empty((nodes, 0)))
     basis = sparse.csr_array(linalg.block_diag(*blocks))
-    quarter = np.zeros((4, 4))
+    quarter_turn = np.zeros((4, 4))
     if not planar and not symmetric:
-        quarter[0, 1], quarter[1, 0] = -1, 1
-    turn = sparse.csr_array(basis.T @ sparse.kron(quarter, sparse.eye(nodes)) @ basis)
-    turn.eliminate_zeros()
-    return basis, turn
+        quarter_turn[0, 1], quarter_turn[1, 0] = -1, 1
+    rotation = sparse.csr_array(basis.T @ sparse.kron(quarter_turn, sparse.eye(nodes)) @ basis)
+    rotation.eliminate_zeros()
+    return basis, rotation
 
 
-def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """x of ``matrix x = right``; raises ArithmeticError where the matrix is singular."""
+def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The solution x of ``matrix x = right``; raises ArithmeticError where the matrix is singular."""
     try:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
-        raise ArithmeticError("the equations are singular here: no fixed shape stands alone") from None
+        raise ArithmeticError("the equations are singular: fixed shapes here are not isolated") from None

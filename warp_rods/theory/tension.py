@@ -1,7 +1,7 @@
 """Tension of a planar active rod: the Fredholm series of appendix C.1, and the direct solve of (4.34).
 
-Equally spaced nodes from s = −1/2 to 1/2; curvature κ and tension λ vanish at both ends. Both ways share one
-second-order discretisation, so that the series, where it converges, converges to the direct answer.
+Nodes are equally spaced from s = −1/2 to 1/2. Curvature κ and tension λ are zero at both ends. Both methods use the
+same second-order discretisation, so that the series, where it converges, converges to the direct solution.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.linalg import eigvals, solve_banded
 
 
 def planar_tension(curvature: ArrayLike, activity: ArrayLike, bend: float, drag_ratio: float) -> np.ndarray:
-    """Tension λ [node] from (4.34), a tridiagonal solve; ``curvature`` κ, ``activity`` f [node]."""
+    """Tension λ [node] from (4.34) by a tridiagonal solve; ``curvature`` κ and ``activity`` f [node]."""
     κ, f, spacing = _nodes(curvature, activity)
     β, η = bend, drag_ratio
     source = -_slope(f, spacing) - 0.5 * β * _second(κ**2, spacing) - β / η * κ[1:-1] * _second(κ, spacing)
@@ -22,12 +22,12 @@ def planar_tension(curvature: ArrayLike, activity: ArrayLike, bend: float, drag_
 def tension_series(curvature: ArrayLike, activity: ArrayLike, bend: float, drag_ratio: float, order: int) -> np.ndarray:
     """Partial sums of (C.9) up to each power of ε = 1/η from 0 to ``order``: [order + 1, node].
 
-    λ = g₀ + Σ_j ε^j K^(j−1) (K g₀ + g₁). Converges where ``series_ratio`` is below 1, as that power of it.
+    λ = g₀ + Σ_j ε^j K^(j−1) (K g₀ + g₁). Converges geometrically with ``series_ratio`` where that is below 1.
     """
     κ, f, spacing = _nodes(curvature, activity)
     s = np.linspace(-0.5, 0.5, len(κ))
     green = green_function(s[:, None], s) * spacing
-    # Mean of the squares of both one-sided slopes: with it κκ'' + κ'² = (κ²)''/2 holds for the stencils too.
+    # With the mean of the squared one-sided slopes, κκ'' + κ'² = (κ²)''/2 also holds for the stencils.
     steps = (np.diff(κ) / spacing) ** 2
     slope_squared = np.pad(0.5 * (steps[1:] + steps[:-1]), 1)
     g0 = -0.5 * bend * κ**2 - green @ np.pad(_slope(f, spacing), 1)
@@ -40,7 +40,7 @@ def tension_series(curvature: ArrayLike, activity: ArrayLike, bend: float, drag_
 
 
 def series_ratio(curvature: ArrayLike, drag_ratio: float) -> float:
-    """Spectral radius of K/η (C.7): the ratio of late terms of (C.9); from 1 on the series diverges."""
+    """Spectral radius of K/η (C.7), the ratio of successive late terms of (C.9). The series diverges from 1 on."""
     κ = np.asarray(curvature, dtype=np.float64)
     s = np.linspace(-0.5, 0.5, len(κ))
     kernel = green_function(s[:, None], s) * κ**2 / (len(κ) - 1)
@@ -48,7 +48,7 @@ def series_ratio(curvature: ArrayLike, drag_ratio: float) -> float:
 
 
 def green_function(s: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """Green function of ∂² that vanishes at s = ±1/2 (C.2): negative, symmetric; broadcasts."""
+    """Green function of ∂² that is zero at s = ±1/2 (C.2); negative and symmetric. Arguments broadcast."""
     return (np.minimum(s, source) + 0.5) * (np.maximum(s, source) - 0.5)
 
 

@@ -1,1 +1,5 @@
-"""Measures of swarms."""
+"""Measures of swarms.
+
+order, motion, space, shapes         the measures
+data                                 positions, boxes and pairs, for all of them
+"""

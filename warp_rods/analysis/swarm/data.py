@@ -1,4 +1,4 @@
-"""What measures of swarms are built with: where rods are, in which box, and which of them are near each other."""
+"""Functions for all measures of swarms: positions, periodic boxes, and pairs of near points."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warp_rods.analysis.described import described, lengths, need
 from warp_rods.progress import with_progress
 
 THIN = 0.5
-"""A swarm is planar where it is thinner than this share of a rod's length."""
+"""A swarm is planar where its thickness is below this fraction of the length of a rod."""
 _BLOCK_BYTES = 32_000_000
 
 
@@ -25,14 +25,14 @@ class Space(NamedTuple):
 
 
 JOINED = ("position", "strain", "activity", "energy", "status")
-"""Variables that are joined where several ensembles are measured as one swarm."""
+"""Variables that are concatenated where several ensembles are measured as one swarm."""
 
 
 def together(run: xr.DataTree, *names: str) -> xr.Dataset:
-    """Ensembles of a run as one swarm: their rods one after the other, with the variables that swarms need.
+    """Ensembles of a run as one swarm: all their rods, with the variables that measures of swarms need.
 
-    ``names`` of the ensembles, by default those of all swimmers. Raises ValueError where there are none, where a name
-    is not known, or where their rods have different numbers of nodes.
+    ``names`` of the ensembles; by default all swimmers. Raises ValueError where there are none, for an unknown name,
+    and where rods have different numbers of nodes.
     """
     names = names or swimmers_of(run)
     if unknown := [name for name in names if name not in run.children]:
@@ -56,9 +56,9 @@ def swimmers_of(run: xr.DataTree) -> tuple[str, ...]:
 
 
 def surviving(dataset: xr.Dataset) -> xr.Dataset:
-    """The rods that did not fail; where some did, the coordinate ``rod`` has the numbers of the others.
+    """The rods that did not fail; where some failed, the coordinate ``rod`` has the numbers of the others.
 
-    Raises ValueError where none is left, or there is no position.
+    Raises ValueError where all failed, or where there is no position.
     """
     need(dataset, "position")
     if "status" not in dataset:
@@ -66,18 +66,18 @@ def surviving(dataset: xr.Dataset) -> xr.Dataset:
     kept = np.flatnonzero(dataset["status"].isel(frame=-1).to_numpy() == 0)
     if not len(kept):
         raise ValueError("all rods failed: nothing is left to measure")
-    everyone = dataset["rod"].to_numpy()
-    return dataset if len(kept) == len(everyone) else dataset.isel(rod=kept).assign_coords(rod=everyone[kept])
+    numbers = dataset["rod"].to_numpy()
+    return dataset if len(kept) == len(numbers) else dataset.isel(rod=kept).assign_coords(rod=numbers[kept])
 
 
 def space(dataset: xr.Dataset, dimensions: int | None = None) -> Space:
-    """The axes that count: all three, or two for a swarm in a plane.
+    """The axes along which a swarm extends: all three, or two for a planar swarm.
 
-    ``dimensions``: 2 or 3; where it is None, 2 for a swarm that in the first and the last frame is thinner along an
-    axis than ``THIN`` rod lengths. The plane is normal to the axis along which the swarm is thinnest.
+    ``dimensions``: 2 or 3. By default 2 for a swarm that in the first and the last frame is thinner along an axis than
+    ``THIN`` rod lengths. The plane is normal to the axis along which the swarm is thinnest.
     """
     if dimensions not in (None, 2, 3):
-        raise ValueError(f"dimensions = {dimensions}: 2 or 3 are allowed")
+        raise ValueError(f"dimensions = {dimensions}: must be 2 or 3")
     ends = dataset["position"].isel(frame=[0, -1]).transpose(..., "axis").to_numpy()
     thickness = np.ptp(ends.reshape(-1, 3), axis=0)
     planar = thickness.min() < THIN * rod_length(dataset) if dimensions is None else dimensions == 2
@@ -96,9 +96,9 @@ def rod_length(dataset: xr.Dataset) -> float:
 
 
 def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
-    """Values [frame, ...] by blocks of successive frames, so that a long run is never in memory as a whole.
+    """Values [frame, ...] in blocks of successive frames, so that long runs need little memory.
 
-    ``what`` names the progress bar.
+    ``what``: label of the progress bar.
     """
     values = values.transpose("frame", ...)
     frames = values.sizes["frame"]
@@ -108,7 +108,7 @@ def blocks(values: xr.DataArray, what: str) -> Iterator[np.ndarray]:
 
 
 def nodes_by_block(dataset: xr.Dataset, what: str) -> Iterator[np.ndarray]:
-    """Positions [frame, rod, node, 3] by blocks of frames."""
+    """Positions [frame, rod, node, 3] in blocks of frames."""
     return blocks(dataset["position"].transpose("frame", "rod", "node", "axis"), what)
 
 
@@ -118,22 +118,22 @@ def middles(dataset: xr.Dataset) -> np.ndarray:
 
 
 def weights(nodes: int) -> np.ndarray:
-    """Share of the rod's length that belongs to each node [node], by the trapezoid rule."""
+    """Fraction of the length of a rod that belongs to each node [node], by the trapezoid rule."""
     share = np.full(nodes, 1 / max(nodes - 1, 1))
     share[[0, -1]] /= 2 if nodes > 1 else 1
     return share
 
 
 def centres(dataset: xr.Dataset) -> np.ndarray:
-    """Centre of each rod [frame, rod, 3], ∫ r ds / L: unlike the middle node it does not follow the beat."""
+    """Centre of each rod [frame, rod, 3], ∫ r ds / L, which oscillates less than the middle node."""
     share = weights(dataset.sizes["node"])
     return np.concatenate([np.einsum("frnx,n->frx", block, share) for block in nodes_by_block(dataset, "centres")])
 
 
 def velocities(dataset: xr.Dataset) -> np.ndarray:
-    """Velocity of the centres [frame, rod, 3] by central differences between frames, second order in their spacing.
+    """Velocity of the centres [frame, rod, 3] from central differences between frames, second order in their spacing.
 
-    One-sided and first order in the first and the last frame: a higher order would amplify noise. Raises ValueError
+    One-sided and first order in the first and the last frame, as a higher order would amplify noise. Raises ValueError
     where there are fewer than two frames.
     """
     time = dataset["time"].to_numpy()
@@ -143,12 +143,12 @@ def velocities(dataset: xr.Dataset) -> np.ndarray:
 
 
 def minimum_image(separation: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Separations [..., axis] from the nearest image along axes with a period."""
+    """Separations [..., axis] to the nearest image along periodic axes."""
     return separation - np.where(np.isfinite(period), period, 0.0) * np.round(separation / period)
 
 
 def wrapped(points: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Points [..., axis] moved into the box [0, period) along axes with a period."""
+    """Points [..., axis] moved into the box [0, period) along periodic axes."""
     inside = points - np.where(np.isfinite(period), period, 0.0) * np.floor(points / period)
     # Just below a multiple of the period the difference rounds to the period itself.
     return np.where(np.isfinite(period) & (inside >= period), 0.0, inside)
@@ -161,12 +161,12 @@ def pairs_within(points: np.ndarray, period: np.ndarray, radius: float) -> tuple
     """
     if 2 * radius > period.min():
         raise ValueError(f"a distance of {radius:g} is more than half the period {period.min():g} of the box")
-    # SciPy's tree takes 0 for an axis without period.
+    # SciPy's tree takes 0 for a non-periodic axis.
     tree = cKDTree(wrapped(points, period), boxsize=np.where(np.isfinite(period), period, 0.0))
     pairs = tree.query_pairs(radius, output_type="ndarray")
     return pairs, minimum_image(points[pairs[:, 1]] - points[pairs[:, 0]], period)
 
 
 def over_frames(dataset: xr.Dataset, values: np.ndarray, long_name: str, source: str, units: str = "1") -> xr.DataArray:
-    """One value a frame (frame), described."""
+    """A measure with one value per frame (frame)."""
     return described(dataset, ("frame",), values, units, long_name, source)

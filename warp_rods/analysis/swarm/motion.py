@@ -1,8 +1,8 @@
-"""Motion of a swarm: how fast rods are, and how far they get.
+"""Motion of a swarm: speeds and displacements.
 
-The position of a rod is that of its centre, ∫ r ds / L, which unlike the middle node does not follow the beat.
-Velocities are differences between frames: central and second order in their spacing, one-sided in the first and the
-last. Rods that failed are left out.
+The position of a rod is that of its centre, ∫ r ds / L, which oscillates less than the middle node. Velocities are
+differences between frames: central and second order in their spacing, one-sided in the first and the last. Failed rods
+are left out.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ def speed_distribution(dataset: xr.Dataset, bins: int = 50) -> xr.DataArray:
 def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
     """Mean square displacement against lag (lag).
 
-    ⟨|r(t + lag) − r(t)|²⟩ over the rods and all times t, up to half the run: v² lag² where rods move straight on, 2d D
-    lag where they diffuse in d dimensions. A lag is a whole number of frames. All times count, so that neighbouring
-    values are not independent. Raises ValueError where the frames are not at even times, or fewer than three.
+    ⟨|r(t + lag) − r(t)|²⟩ over the rods and all times t, for lags up to half the run: v² lag² for straight motion, 2d D
+    lag for diffusion in d dimensions. Lags are multiples of the time between frames. As all times t count, neighbouring
+    values are not independent. Raises ValueError where frames are not equally spaced in time, or fewer than three.
     """
     dataset = surviving(dataset)
     at, interval = centres(dataset), _interval(dataset)
@@ -61,12 +61,14 @@ def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
 def displacement_exponent(dataset: xr.Dataset) -> xr.DataArray:
     """Exponent of the mean square displacement (lag).
 
-    d ln MSD / d ln lag: 2 where rods move straight on, 1 where they diffuse. Raises ValueError as
-    ``mean_square_displacement``, and where there are fewer than five frames.
+    d ln MSD / d ln lag: 2 for straight motion, 1 for diffusion. Raises ValueError as ``mean_square_displacement`` does,
+    and where there are fewer than five frames.
     """
     msd = mean_square_displacement(dataset)
     if msd.sizes["lag"] < 2:
-        raise ValueError(f"an exponent needs two lags, hence five frames or more; there are {dataset.sizes['frame']}")
+        raise ValueError(
+            f"an exponent needs two lags and hence five frames or more; there are {dataset.sizes['frame']}"
+        )
     with np.errstate(divide="ignore", invalid="ignore"):  # rods at rest have no exponent: NaN
         values = np.gradient(np.log(msd.to_numpy()), np.log(msd["lag"].to_numpy()))
     found = described(dataset, ("lag",), values, "1", "exponent of the displacement", "d ln MSD / d ln lag")
@@ -78,5 +80,5 @@ def _interval(dataset: xr.Dataset) -> float:
     times = dataset["time"].to_numpy()
     spacing = np.diff(times)
     if len(times) < 3 or np.ptp(spacing) > 1e-6 * spacing[0]:
-        raise ValueError("three frames or more at even times are needed: choose them with dataset.isel(frame=…)")
+        raise ValueError("needs three frames or more, equally spaced in time: select them with dataset.isel(frame=…)")
     return float((times[-1] - times[0]) / (len(times) - 1))

@@ -1,9 +1,8 @@
-"""Order of a swarm: whether rods point, lie or move the same way, globally or locally.
+"""Order of a swarm: polar and nematic order of the rods and polar order of their motion, global or local.
 
-The direction p of a rod is the unit vector from its first node to its last; a rod whose ends meet has none and is left
-out. Rods with symmetric flagella have no head, so that the sign of p is arbitrary and polar order means nothing for
-them; nematic order and the order of their motion do. In a plane p is the direction of the projection. Rods that failed
-are left out.
+The direction p of a rod is the unit vector from its first node to its last; a rod whose ends coincide is left out. Rods
+with symmetric flagella have no head: the sign of p is arbitrary, and polar order has no meaning for them, unlike
+nematic order and the order of the motion. In a plane p is the direction of the projection. Failed rods are left out.
 """
 
 from __future__ import annotations
@@ -29,9 +28,9 @@ from warp_rods.progress import with_progress
 
 
 def polar_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
-    """Polar order: 1 where all rods point the same way (frame).
+    """Polar order: 1 for rods that all point in one direction (frame).
 
-    |⟨p⟩|, whose root mean square is 1/√N for N rods of random direction.
+    |⟨p⟩|, whose root mean square is 1/√N for N rods with random directions.
     """
     dataset = surviving(dataset)
     values = _polar(*_directions(dataset, space(dataset, dimensions)))
@@ -39,10 +38,10 @@ def polar_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataAr
 
 
 def nematic_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
-    """Nematic order: 1 where all lie along one line (frame).
+    """Nematic order: 1 for rods all along one axis (frame).
 
-    The largest eigenvalue of Q = (d⟨pp⟩ − 1)/(d − 1) in d dimensions. Its root mean square for N rods of random
-    direction is 1/√N in a plane and 0.86/√N in space.
+    The largest eigenvalue of Q = (d⟨pp⟩ − 1)/(d − 1) in d dimensions. Its root mean square for N rods with random
+    directions is 1/√N in a plane and 0.86/√N in space.
     """
     dataset = surviving(dataset)
     values = _nematic(*_directions(dataset, space(dataset, dimensions)))
@@ -54,7 +53,7 @@ def nematic_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.Data
 def motion_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataArray:
     """Polar order of the velocities (frame).
 
-    |⟨v/|v|⟩| of the centres: 1 where all rods move the same way, about 1/√N for N rods that move in random directions.
+    |⟨v/|v|⟩| of the centres: 1 where all rods move in one direction, about 1/√N for N rods with random directions.
     Raises ValueError where there are fewer than two frames.
     """
     dataset = surviving(dataset)
@@ -64,10 +63,10 @@ def motion_order(dataset: xr.Dataset, dimensions: int | None = None) -> xr.DataA
 
 
 def local_polar_order(dataset: xr.Dataset, radius: float | None = None, dimensions: int | None = None) -> xr.DataArray:
-    """Polar order of the rods about each rod (frame, rod).
+    """Polar order of the rods around each rod (frame, rod).
 
-    |⟨p⟩| of the rods whose middle nodes are within ``radius`` of its own, by default one rod length, itself included:
-    about 1/√n among n rods of random direction, and 1 where it is alone. Raises ValueError where ``radius`` exceeds
+    |⟨p⟩| over the rods whose middle nodes are within ``radius`` of its own (default: one rod length), itself included:
+    about 1/√n for n rods with random directions, and 1 for an isolated rod. Raises ValueError where ``radius`` exceeds
     half the period of the box.
     """
     return _local(dataset, radius, dimensions, _polar, "local polar order", "|⟨p⟩|")
@@ -76,15 +75,15 @@ def local_polar_order(dataset: xr.Dataset, radius: float | None = None, dimensio
 def local_nematic_order(
     dataset: xr.Dataset, radius: float | None = None, dimensions: int | None = None
 ) -> xr.DataArray:
-    """Nematic order of the rods about each rod (frame, rod).
+    """Nematic order of the rods around each rod (frame, rod).
 
-    The largest eigenvalue of Q of the rods that ``local_polar_order`` takes.
+    The largest eigenvalue of Q over the same rods as in ``local_polar_order``.
     """
     return _local(dataset, radius, dimensions, _nematic, "local nematic order", "max eig (d⟨pp⟩ − 1)/(d − 1)")
 
 
 def _directions(dataset: xr.Dataset, where: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Directions of the rods [frame, rod, axis]; and 1 for rods that have one, 0 for others [frame, rod]."""
+    """Directions of the rods [frame, rod, axis]; and 1 for rods that have a direction, 0 for others [frame, rod]."""
     ends = dataset["position"].isel(node=[0, -1], axis=where.axes).transpose("frame", "rod", "node", "axis").to_numpy()
     return _unit(ends[:, :, 1] - ends[:, :, 0])
 
@@ -95,13 +94,13 @@ def _unit(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _polar(p: np.ndarray, counted: np.ndarray, about: csr_array | None = None) -> np.ndarray:
-    """|⟨p⟩| of p [..., rod, axis] over all rods [...], or over those about each rod."""
+    """|⟨p⟩| of p [..., rod, axis] over all rods, or over those around each rod."""
     number = np.maximum(_sum(counted[..., None], about)[..., 0], 1)
     return np.linalg.norm(_sum(p, about), axis=-1) / number
 
 
 def _nematic(p: np.ndarray, counted: np.ndarray, about: csr_array | None = None) -> np.ndarray:
-    """The largest eigenvalue of Q, over all rods or over those about each rod."""
+    """The largest eigenvalue of Q over all rods, or over those around each rod."""
     d = p.shape[-1]
     number = np.maximum(_sum(counted[..., None], about), 1)
     dyads = (p[..., :, None] * p[..., None, :]).reshape(*p.shape[:-1], d * d)
@@ -134,12 +133,12 @@ def _local(
 
 
 def _about(points: np.ndarray, period: np.ndarray, radius: float) -> csr_array:
-    """1 where two rods are within the radius of each other, or are the same [rod, rod]."""
+    """1 for two rods within this radius of each other, and on the diagonal [rod, rod]."""
     (first, second), itself = pairs_within(points, period, radius)[0].T, np.arange(len(points))
     row, column = np.concatenate([first, second, itself]), np.concatenate([second, first, itself])
     return csr_array((np.ones(len(row)), (row, column)), shape=(len(points), len(points)))
 
 
 def _isotropic(dataset: xr.Dataset) -> dict[str, float]:
-    """The order of N rods of random direction: 1/√N."""
+    """The order of N rods with random directions: 1/√N."""
     return {"isotropic": 1 / np.sqrt(dataset.sizes["rod"])}

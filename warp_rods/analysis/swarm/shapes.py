@@ -1,7 +1,7 @@
-"""Which shapes the rods of a swarm have, frame by frame; ``motion_class`` is about their motion instead.
+"""Shapes of the rods of a swarm in each frame; ``motion_class`` classifies their motion instead.
 
-The shape follows from the twist-free bending k = Ω1 + iΩ2 in units of 1/L, in any gauge: the phase of k depends on the
-directors. Rods that failed are left out.
+The shape follows from the twist-free bending k = Ω1 + iΩ2 in units of 1/L. It does not depend on the gauge, which
+changes the phase of k. Failed rods are left out.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from warp_rods.rods import modes
 MODES = 6
 """Number of beam modes that describe a shape."""
 STRAIGHT = 0.5
-"""Bending, root mean square along a rod times its length, below which it counts as straight: a U of it turns by 24°."""
+"""Root-mean-square bending times length below which a rod is straight; the tangent of such a U turns by 24°."""
 WRITHED = 0.5
-"""Writhe, of either hand, above which a rod is coiled; it is taken of rods with ∫ |k| ds > 2π only."""
+"""Magnitude of the writhe above which a rod is coiled; computed only for rods with ∫ |k| ds > 2π."""
 
 
 class Snapshot(NamedTuple):
-    """What the classes are made of, each [frame, rod]."""
+    """Properties that define the shape classes, each [frame, rod]."""
 
     size: np.ndarray
     leading: np.ndarray
@@ -43,26 +43,26 @@ SHAPES: dict[str, Callable[[Snapshot], np.ndarray]] = {
     "W": lambda now: now.leading == 2,
     "higher": lambda now: now.leading > 2,
 }
-"""What each class means; the first that holds gives the name. ``leading`` is the largest beam mode, ``turns`` are those
-of the tangent from end to end, |∫ k ds|/2π."""
+"""Definition of each class; the first that applies gives the name. ``leading`` is the largest beam mode, ``turns`` are
+turns of the tangent from end to end, |∫ k ds|/2π."""
 
 
 def shape_shares(dataset: xr.Dataset) -> xr.DataArray:
-    """Shares of straight, coiled, U-, S-, W-shaped rods (frame, shape).
+    """Fractions of straight, coiled, U-, S-, W-shaped rods (frame, shape).
 
-    With those of higher modes they add up to one. A rod is straight while its bending, root mean square along it times
-    its length, is below 0.5 (a U then turns by 24°), and coiled if it turns by more than a whole turn or writhes. Any
-    other is named by its largest beam mode: U, S, W for the first three, higher for the rest. Energies tell how
-    strongly it is bent. Raises ValueError where there are no strains, or the rods are not swimmers.
+    With the fraction of higher modes they sum to one. A rod is straight where its root-mean-square bending times its
+    length is below 0.5 (the tangent of such a U turns by 24°), and coiled where its tangent turns by more than a whole
+    turn or its writhe exceeds 0.5. Any other rod is named by its largest beam mode: U, S, W for the first three, higher
+    for the rest. Raises ValueError where there are no strains, or the rods are not swimmers.
     """
     shapes = shape_of(dataset)
     counts = np.stack([(shapes == name).mean("rod").to_numpy() for name in SHAPES], axis=1)
-    found = described(dataset, ("frame", "shape"), counts, "1", "share of the rods", "k on the beam modes, (4.35)")
+    found = described(dataset, ("frame", "shape"), counts, "1", "fraction of the rods", "k on the beam modes, (4.35)")
     return found.assign_coords(shape=list(SHAPES))
 
 
 def shape_of(dataset: xr.Dataset) -> xr.DataArray:
-    """Shape of each rod by name (frame, rod), from the table ``SHAPES``; raises ValueError as ``shape_shares``."""
+    """Shape of each rod by name (frame, rod), from the table ``SHAPES``; raises ValueError as ``shape_shares`` does."""
     need(dataset, "strain", "activity", "position")
     dataset = surviving(dataset)
     names, first = [], 0

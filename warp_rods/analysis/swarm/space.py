@@ -1,10 +1,10 @@
-"""How a swarm is spread: which distances rods keep, how far they move together, where they are dense.
+"""Spatial structure of a swarm: pair correlation, velocity correlation, density.
 
-Distances are to the nearest image along axes with a period. g(r) compares with rods spread uniformly in a box: the
-periodic box itself, and along open axes the one that just holds the middle nodes, corrected for the pairs that its
-edges cut off. So g(r) = 1 for rods without order between walls, while a swarm that does not fill its box, or has round
-edges, has g(r) > 1 at short distances. In a plane distances, areas and densities are those of the projection. Rods that
-failed are left out.
+Distances are to the nearest image along periodic axes. g(r) compares with uniformly distributed rods in a box: the
+periodic box itself, and along open axes the smallest box that contains the middle nodes, corrected for the pairs that
+its faces cut off. Hence g(r) = 1 for uncorrelated rods between walls, while a swarm that does not fill its box, or
+whose boundary is round, has g(r) > 1 at short distances. In a plane distances, areas and densities are those of the
+projection. Failed rods are left out.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from warp_rods.analysis.swarm.data import (
 from warp_rods.progress import with_progress
 
 REACH = 3.0
-"""Correlations extend over so many rod lengths, or half the shortest side of the box where that is less."""
+"""Range of correlations in rod lengths; at most half the shortest side of the box."""
 CELLS = {2: 64, 3: 24}
 """Largest number of cells along an axis of a density map, in a plane and in space."""
 _ABSOLUTE = {2: (2 / np.pi, 1 / np.pi), 3: (1 / 2, 2 / (3 * np.pi), 1 / (4 * np.pi))}
-"""⟨|u_1|⟩, ⟨|u_1 u_2|⟩, ⟨|u_1 u_2 u_3|⟩ of unit vectors u of random direction."""
+"""⟨|u_1|⟩, ⟨|u_1 u_2|⟩, ⟨|u_1 u_2 u_3|⟩ of unit vectors u with random directions."""
 
 
 def pair_correlation(
@@ -41,10 +41,10 @@ def pair_correlation(
 ) -> xr.DataArray:
     """Pair correlation g(r) of the middle nodes (frame, r).
 
-    Pairs in a shell over those of uniformly spread rods, with the exact volume of the shell. ``bins`` of equal width up
-    to ``reach``, by default 3 rod lengths or half the shortest side of the box. The coordinate ``expected`` (frame, r)
-    is the number of pairs of uniformly spread rods; the error of g(r) of independent rods is one over its square root.
-    Raises ValueError where ``reach`` exceeds half the shortest side.
+    Number of pairs in a shell over that of uniformly distributed rods, with the exact volume of the shell. ``bins`` of
+    equal width up to ``reach``, by default 3 rod lengths or half the shortest side of the box. The coordinate
+    ``expected`` (frame, r) is the number of pairs of uniformly distributed rods; the standard error of g(r) for
+    independent rods is one over its square root. Raises ValueError where ``reach`` exceeds half the shortest side.
     """
     dataset = surviving(dataset)
     where = space(dataset, dimensions)
@@ -64,8 +64,8 @@ def velocity_correlation(
 ) -> xr.DataArray:
     """Velocity correlation at a distance r (frame, r).
 
-    C_v(r) = ⟨v_i·v_j⟩_r / ⟨v²⟩ of the centres: 1 where rods move as one, 0 where their motion is unrelated, NaN where
-    no two rods are so far apart. A common drift counts as moving together. ``bins`` and ``reach`` as for
+    C_v(r) = ⟨v_i·v_j⟩_r / ⟨v²⟩ of the centres: 1 where rods have equal velocities, 0 where velocities are uncorrelated,
+    NaN where no pair has this distance. A common drift counts as correlation. ``bins`` and ``reach`` as for
     ``pair_correlation``. Raises ValueError where ``reach`` exceeds half the shortest side, and where there are fewer
     than two frames.
     """
@@ -87,10 +87,10 @@ def velocity_correlation(
 def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int | None = None) -> xr.DataArray:
     """Rods per area, or per volume (frame, and x, y, z or the two of the plane).
 
-    A rod counts where its nodes are, each node by its share of the length: the sum over the cells times their size is
-    the number of rods. Wrapped into the box, which is centred on the origin; along open axes the map holds all nodes of
-    all frames. ``cell``: largest side of a cell, by default half a rod length, but at most 64 cells along an axis in a
-    plane and 24 in space.
+    Each node counts with its fraction of the length of the rod, so that the sum over the cells times their size is the
+    number of rods. Nodes are wrapped into the periodic box, which is centred on the origin; along open axes the map
+    contains all nodes of all frames. ``cell``: largest side of a cell, by default half a rod length, with at most 64
+    cells along an axis in a plane and 24 in space.
     """
     dataset = surviving(dataset)
     where = space(dataset, dimensions)
@@ -110,7 +110,7 @@ def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int 
 
 
 def _sides(points: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Sides of the box of points [point, axis]: the extent of N uniform points is (N − 1)/(N + 1) of it [axis]."""
+    """Sides [axis] of the box of points [point, axis]; N uniform points extend over (N − 1)/(N + 1) of the box."""
     number = len(points)
     return np.where(np.isfinite(period), period, np.ptp(points, axis=0) * (number + 1) / max(number - 1, 1))
 
@@ -122,12 +122,12 @@ def _edges(dataset: xr.Dataset, points: np.ndarray, where: Space, reach: float |
         raise ValueError(f"reach = {reach:g} is more than {half:g}, half the shortest side of the box")
     far = min(REACH * rod_length(dataset), half) if reach is None else reach
     if not far > 0:
-        raise ValueError("one rod, or all at one place: correlations need two or more that are apart")
+        raise ValueError("one rod, or all at one place: correlations need two or more at a distance")
     return np.linspace(0, far, bins + 1)
 
 
 def _bin_of(apart: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """The bin of each separation [pair, axis], for bins of equal width; the largest distance is in the last one."""
+    """The bin of each separation [pair, axis], for bins of equal width; the last one includes its upper edge."""
     distance = np.sqrt(np.einsum("px,px->p", apart, apart))
     return np.minimum((distance * ((len(edges) - 1) / edges[-1])).astype(int), len(edges) - 2)
 
@@ -135,8 +135,8 @@ def _bin_of(apart: np.ndarray, edges: np.ndarray) -> np.ndarray:
 def _uniform_pairs(points: np.ndarray, period: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Number of pairs of N uniform points whose distance is in each bin [bin].
 
-    Of the points of a box with open sides L_i a share Π(1 − r|u_i|/L_i) has its partner at a separation r u in the box
-    too: a polynomial in r once averaged over the directions u, integrated here over the shell.
+    In a box with open sides L_i, a fraction Π(1 − r|u_i|/L_i) of the points has a partner at the separation r u inside
+    the box. Averaged over the directions u this is a polynomial in r, which is integrated over the shell.
     """
     d, number, sides = points.shape[1], len(points), _sides(points, period)
     opened = 1 / sides[~np.isfinite(period)]
@@ -159,7 +159,7 @@ def _of_distance(
 
 def _grid(dataset: xr.Dataset, where: Space, cell: float | None) -> list[np.ndarray]:
     """Edges of the cells along each axis."""
-    low, high = -where.period / 2, where.period / 2  # the box is about the origin, as in the scene
+    low, high = -where.period / 2, where.period / 2  # the box is centred on the origin, as in the scene
     opened = ~np.isfinite(where.period)
     if opened.any():
         ends = [(block.min((0, 1, 2)), block.max((0, 1, 2))) for block in nodes_by_block(dataset, "extent")]

@@ -1,4 +1,4 @@
-"""The membrane in a USD stage: a mesh with its curvatures, and where it moves, its points at every frame."""
+"""The membrane in a USD stage: a mesh with its curvatures, with points at every frame where it moves."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from warp_rods.membranes.surfaces import Surface
 from warp_rods.progress import with_progress
 
 _CELLS, _CELLS_MOVING = 96, 48
-"""Of the mesh along the longest edge of its box; a moving one is stored at every frame."""
+"""Cells of the mesh along the longest edge of its box; fewer for a moving one, which is stored at every frame."""
 _SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
 def draw_membrane(
-    stage: Any, surface: Surface, times: np.ndarray, look: Any, path: str = "/World/Membrane"
+    stage: Any, surface: Surface, times: np.ndarray, material: Any, path: str = "/World/Membrane"
 ) -> np.ndarray:
-    """The mesh of a surface, of a moving one with samples at ``times`` [frame]; its points, of all frames.
+    """Draw the mesh of a surface, at all ``times`` [frame] where it moves; returns its points, or its extreme points.
 
-    A point that is lost on the way stays where it was, with a warning.
+    Warns where points of the mesh cannot follow a moving surface; they stay at their last positions.
     """
     from pxr import UsdGeom, Vt
 
@@ -33,7 +33,7 @@ def draw_membrane(
     prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(mesh.triangles), 3, np.int32)))
     prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.triangles.ravel().astype(np.int32)))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    bind(prim, look)
+    bind(prim, material)
     if not surface.moving:
         _set(prim, mesh, curvatures(surface, mesh.points))
         return mesh.points
@@ -45,12 +45,15 @@ def draw_membrane(
         _set(prim, mesh, curvatures(now, mesh.points), frame)
         boxes += [mesh.points.min(axis=0), mesh.points.max(axis=0)]
     if lost:
-        warnings.warn(f"{lost} points of the membrane's mesh lost the moving membrane and stay behind", stacklevel=2)
+        warnings.warn(
+            f"{lost} points of the mesh cannot follow the moving membrane and stay at their last positions",
+            stacklevel=2,
+        )
     return np.array(boxes)
 
 
 def _set(prim: Any, mesh: Mesh, found: Curvatures, *frame: int) -> None:
-    """Points, normals, extent and curvatures: at a frame, or for good."""
+    """Set points, normals, extent and curvatures, at a frame or for all times."""
     from pxr import Vt
 
     extent = np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
@@ -61,7 +64,7 @@ def _set(prim: Any, mesh: Mesh, found: Curvatures, *frame: int) -> None:
 
 
 def _set_curvatures(prim: Any, found: Curvatures, *frame: int) -> None:
-    """What the membrane's own bending is, at each point of its mesh."""
+    """Set the curvatures of the membrane at each point of its mesh."""
     from pxr import Sdf, UsdGeom, Vt
 
     kinds, both = Sdf.ValueTypeNames, found.principal

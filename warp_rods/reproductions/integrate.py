@@ -1,4 +1,4 @@
-"""An ensemble stepped and filmed: what the reproductions measure, as the trajectory of a run would have it."""
+"""Step an ensemble in time and keep frames of it, as the trajectory of a run would have them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ from warp_rods.errors import RodFailure
 from warp_rods.rods.variables import ARC, STATIC
 
 SWIMMING = ("position", "strain", "activity", "status")
-"""Variables that speeds, modes and classes of motion are told from."""
+"""Variables from which speeds, mode coefficients and classes of motion are computed."""
 
 
-def film(rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequence[str] = SWIMMING) -> xr.Dataset:
-    """Step rods (``FreeRods``, ``BoundRods``) to each of ``times``, with steps of at most ``dt``: one frame at each.
+def integrate(
+    rods: Any, times: Sequence[float] | np.ndarray, dt: float, variables: Sequence[str] = SWIMMING
+) -> xr.Dataset:
+    """Step rods (``FreeRods``, ``BoundRods``) to each of ``times`` with steps of at most ``dt``; one frame for each.
 
-    ``keep``: names of ``variables`` to keep; with them come ``time``, ``s`` and what never changes. Raises RodFailure
-    where a rod was lost on the way.
+    ``variables``: names of the variables to keep. The dataset also has ``time``, ``s`` and all constant variables.
+    Raises RodFailure where a rod fails.
     """
-    frames: dict[str, list[np.ndarray]] = {name: [] for name in keep}
+    frames: dict[str, list[np.ndarray]] = {name: [] for name in variables}
     for time in times:
         if time > rods.time:
             span = time - rods.time
@@ -30,9 +32,9 @@ def film(rods: Any, times: Sequence[float] | np.ndarray, dt: float, keep: Sequen
         now = rods.variables()
         for name, column in frames.items():
             column.append(now[name])
-    if lost := rods.failures():
-        rod, when, what = lost[0]
-        raise RodFailure(f"{len(lost)} rods were lost; rod {rod} {what} at t = {when:.4g}: {rods.parameters(rod)}")
+    if failures := rods.failures():
+        rod, when, what = failures[0]
+        raise RodFailure(f"{len(failures)} rods failed; rod {rod} {what} at t = {when:.4g}: {rods.parameters(rod)}")
     data: dict[str, Any] = {name: (rods.saved[name].dims, np.array(column)) for name, column in frames.items()}
     data |= {name: (STATIC[name].dims, value) for name, value in rods.static().items() if name not in data}
     s = np.linspace(-0.5, 0.5, next((v[1].shape[2] for v in data.values() if "node" in v[0]), rods.nodes))

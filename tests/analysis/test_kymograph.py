@@ -33,6 +33,7 @@ def at_rest(frames: int, **variables) -> xr.Dataset:
     return xr.Dataset(arrays, {"time": ("frame", np.linspace(0.0, 10.0, frames))})
 
 
+@pytest.mark.long
 def test_terms_sum_to_the_energy(buckling):
     terms = kymograph.energy_terms(buckling)
     total = sum(terms[name] for name in kymograph.TERMS)
@@ -43,6 +44,7 @@ def test_terms_sum_to_the_energy(buckling):
     assert all(term.attrs["units"] == "force" for term in terms.data_vars.values())
 
 
+@pytest.mark.long
 def test_energy_moves_from_bending_to_twist_as_the_filament_leaves_the_hoop(buckling):
     terms = kymograph.energy_terms(buckling).isel(rod=0)
     hoop = 0.5 * (1 / 0.4 - 1.0) ** 2
@@ -53,6 +55,7 @@ def test_energy_moves_from_bending_to_twist_as_the_filament_leaves_the_hoop(buck
     assert terms.geodesic_energy.values[-1].argmax() == 0
 
 
+@pytest.mark.long
 def test_energy_per_length_is_the_growth_power_minus_the_dissipation(buckling):
     """Second order in the time between frames and in Δs."""
     growing = buckling.isel(frame=slice(2, 198))
@@ -91,6 +94,7 @@ def test_a_steady_run_has_no_peak():
     assert found.peak_ratio == 1 and found.peak_energy == 0
 
 
+@pytest.mark.long
 def test_buckling_is_a_peak_of_the_dissipation(buckling):
     found = kymograph.dissipation_peaks(buckling.isel(frame=slice(10, 198))).isel(rod=0)
     assert found.peak_ratio > 10

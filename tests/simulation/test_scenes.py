@@ -62,12 +62,14 @@ def test_concave_sensors_find_the_neck(tmp_path):
     assert (data["sensors"]["gauss"][-1] < 0).all()
 
 
+@pytest.mark.long
 def test_twist_selects_the_hand_of_a_helix(tmp_path):
     data = runner.simulate(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
     right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
     assert (right > 0.1).all() and (left < -0.1).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
 def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, passes, tmp_path):
     data = runner.simulate(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()

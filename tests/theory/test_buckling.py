@@ -99,6 +99,7 @@ def test_relaxation_and_time_stepping_find_the_same_equilibrium():
     assert buckling.growth_rate(filament, length, rest) < 0 < buckling.growth_rate(filament, length)
 
 
+@pytest.mark.long
 def test_a_spiral_filament_snaps_with_hysteresis():
     """A fold away from the waist, with σ3 ≠ 0: shapes differ between growing through it and shrinking back."""
     site = BRIDGE.project(np.array([0.5, 0.0, 0.32]))
@@ -137,6 +138,7 @@ def shortened_spiral(steric: bool) -> Scene:
     return Scene.model_validate(table if steric else {k: v for k, v in table.items() if k != "steric"})
 
 
+@pytest.mark.long
 def test_a_spiral_does_not_pass_through_itself(tmp_path):
     """Without sterics its turns come closer than half the core."""
     gaps = {}

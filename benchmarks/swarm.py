@@ -56,21 +56,21 @@ def seconds_per_step(count: int, device: str) -> tuple[float, float, float, floa
     simulation.warm_up()
     neighbours = simulation._surroundings.neighbours
     assert neighbours is not None
-    renewals, renew = [0], neighbours.renew
+    rebuilds, rebuild_lists = [0], neighbours.rebuild_lists
 
     def counted() -> None:
-        renewals[0] += 1
-        renew()
+        rebuilds[0] += 1
+        rebuild_lists()
 
-    neighbours.renew = counted  # type: ignore[method-assign]
+    neighbours.rebuild_lists = counted  # type: ignore[method-assign]
     start = time.perf_counter()
     for _ in simulation.to_next_frame():
         pass
     wp.synchronize()
     whole = (time.perf_counter() - start) / STEPS
     rods = simulation.ensembles["cells"]
-    search = shortest_time(renew) * renewals[0] / STEPS
-    return shortest_time(lambda: rods.step(1e-12)), shortest_time(neighbours.push), search, whole
+    search = shortest_time(rebuild_lists) * rebuilds[0] / STEPS
+    return shortest_time(lambda: rods.step(1e-12)), shortest_time(neighbours.apply), search, whole
 
 
 def main() -> None:

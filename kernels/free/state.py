@@ -6,6 +6,7 @@ from warp_rods.kernels.layout import (
     Integers1D,
     Matrices1D,
     Pairs2D,
+    Quadruples2D,
     Scalars1D,
     Scalars2D,
     Vectors1D,
@@ -42,6 +43,16 @@ class Shape:
 
 
 @wp.struct
+class Past:
+    """Shapes of the levels before the present one, newest first."""
+
+    first: Shape
+    second: Shape
+    third: Shape
+    fourth: Shape
+
+
+@wp.struct
 class Balance:
     """Tension and velocities that balance forces and moments [rod, node], and workspace of the linear systems."""
 
@@ -63,6 +74,12 @@ class Balance:
     rhs_pairs: Pairs2D
     work: Scalars2D
     work_pairs: Pairs2D
+    complex_lower2: Pairs2D
+    complex_lower: Pairs2D
+    complex_diagonal: Pairs2D
+    complex_upper: Pairs2D
+    complex_upper2: Pairs2D
+    work_quadruples: Quadruples2D
 
 
 @wp.struct
@@ -72,9 +89,12 @@ class Midpoint:
     rotation: Matrices1D
     position: Vectors1D
     angle: Scalars1D  # θ
-    angular_velocity: Vectors1D  # ω of the Bishop frame
-    velocity: Vectors1D  # u
-    roll_rate: Scalars1D  # ω0 of the material
+    rotation_before: Matrices1D  # the same one step ago
+    position_before: Vectors1D
+    angle_before: Scalars1D
+    angular_velocity: Vectors2D  # ω of the Bishop frame at each level [rod, level]
+    velocity: Vectors2D  # u
+    roll_rate: Scalars2D  # ω0 of the material
 
 
 @wp.struct

@@ -1,100 +1,74 @@
-"""One time step of active rods: the two-step formula about the extrapolated shape x* (docs/model.md §1.5, §2.4).
+"""One time step of active rods about the extrapolated shape x* (docs/model.md §1.5, §2.4).
 
-With ``d = xⁿ − xⁿ⁻¹``, ``ρ`` the ratio of this step to the previous one and ``a = (1 + 2ρ)/((1 + ρ) Δt)``::
+    (a − J) δ = F(x*) − Σ d_j x_j,    xⁿ⁺¹ = x* + δ
 
-    x* = xⁿ + ρ d,    (a − L*) δ = F(x*) − ρ d/Δt,    xⁿ⁺¹ = x* + δ,    d ← ρ d + δ
-
-``ρ = 0`` is the first step, implicit-explicit Euler. ``ρ = 1`` are equal steps. One thread does the whole step of a
-rod. In the functions ``star`` is first x* and then, field by field, xⁿ⁺¹; ``change`` is d; ``rho_dt`` is ρ/Δt.
+One thread does the whole step of a rod. In the functions ``star`` is first x* and then, field by field, xⁿ⁺¹;
+``slope`` is Σ d_j x_j.
 """
 
 import warp as wp
 
-from warp_rods.kernels.banded import solve_pentadiagonal_rod, solve_tridiagonal_rod
-from warp_rods.kernels.clock import RATIO, STEP
+from warp_rods.kernels.banded import solve_tridiagonal_rod
+from warp_rods.kernels.free.bending import step_bending
 from warp_rods.kernels.free.rod import (
     activity_terms,
-    bending_rate,
     find_transverse_source,
     find_transverse_velocity,
     roll_rate_after,
     set_zero_end_rows,
     solve_balance,
 )
-from warp_rods.kernels.free.state import Balance, ExternalForce, Shape, Swimmers
-from warp_rods.kernels.layout import Scalars1D, real
+from warp_rods.kernels.free.state import Balance, ExternalForce, Past, Shape, Swimmers
+from warp_rods.kernels.layout import real
+from warp_rods.kernels.multistep import Formula, Levels, combine
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def extrapolate(
-    rod: int, now: Shape, change: Shape, external: ExternalForce, ratio: real, star: Shape, balance: Balance
-):
-    """Extrapolate shape and external force to the end of the step."""
+def combine_shapes(rod: int, node: int, w: Levels, now: Shape, past: Past, result: Shape):
+    """Σ w_j x_j of the levels at a node."""
+    result.bending[rod, node] = combine(
+        w,
+        now.bending[rod, node],
+        past.first.bending[rod, node],
+        past.second.bending[rod, node],
+        past.third.bending[rod, node],
+        past.fourth.bending[rod, node],
+    )
+    result.twist[rod, node] = combine(
+        w,
+        now.twist[rod, node],
+        past.first.twist[rod, node],
+        past.second.twist[rod, node],
+        past.third.twist[rod, node],
+        past.fourth.twist[rod, node],
+    )
+    result.activity[rod, node] = combine(
+        w,
+        now.activity[rod, node],
+        past.first.activity[rod, node],
+        past.second.activity[rod, node],
+        past.third.activity[rod, node],
+        past.fourth.activity[rod, node],
+    )
+
+
+@wp.func
+def extrapolate(rod: int, now: Shape, past: Past, formula: Formula, star: Shape, slope: Shape):
+    """x* and Σ d_j x_j."""
     for node in range(now.twist.shape[1]):
-        star.bending[rod, node] = now.bending[rod, node] + ratio * change.bending[rod, node]
-        star.twist[rod, node] = now.twist[rod, node] + ratio * change.twist[rod, node]
-        star.activity[rod, node] = now.activity[rod, node] + ratio * change.activity[rod, node]
+        combine_shapes(rod, node, formula.value, now, past, star)
+        combine_shapes(rod, node, formula.slope, now, past, slope)
+
+
+@wp.func
+def extrapolate_force(rod: int, external: ExternalForce, ratio: real, balance: Balance):
+    """The external force at the end of the step; ratio: this step over the one before, 0 in the first."""
+    for node in range(external.now.shape[1]):
         force = external.now[rod, node]
         balance.force[rod, node] = force + ratio * (force - external.previous[rod, node])
         external.previous[rod, node] = force
-
-
-@wp.func
-def step_bending(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real, rho_dt: real, balance: Balance):
-    """From k* to kⁿ⁺¹, with ``L = −(b/η)∂⁴ + (1/η)∂²(λ* ·) + ∂(u0* ·)``: one real matrix for both components."""
-    last = star.twist.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    mobility = per_length * per_length / rods.drag_ratio[rod]
-    stiffness = rods.bending_stiffness[rod] * mobility * per_length * per_length
-    half = real(0.5) * per_length
-    off_diagonal = real(-4.0) * stiffness
-    u0 = balance.axial_velocity[rod, 0]
-    for node in range(1, last):
-        u0_next = balance.axial_velocity[rod, node]
-        centre = a + real(6.0) * stiffness + real(2.0) * mobility * balance.tension[rod, node]
-        balance.lower2[rod, node] = stiffness
-        balance.lower[rod, node] = off_diagonal - mobility * balance.tension[rod, node - 1] + half * u0
-        balance.diagonal[rod, node] = centre + half * (u0 - u0_next)
-        balance.upper[rod, node] = off_diagonal - mobility * balance.tension[rod, node + 1] - half * u0_next
-        balance.upper2[rod, node] = stiffness
-        rate = bending_rate(rod, node, rods, star.bending[rod, node], balance)
-        balance.rhs_pairs[rod, node] = rate - rho_dt * change.bending[rod, node]
-        u0 = u0_next
-    set_free_end_rows(rod, last, stiffness, balance)
-    solve_bending(rod, balance)
-    for node in range(1, last):
-        star.bending[rod, node] += balance.rhs_pairs[rod, node]
-
-
-@wp.func
-def set_free_end_rows(rod: int, last: int, stiffness: real, balance: Balance):
-    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends."""
-    zero = real(0.0)
-    set_zero_end_rows(rod, last, balance)
-    balance.upper2[rod, 0] = zero
-    balance.lower2[rod, last] = zero
-    balance.rhs_pairs[rod, 0] = wp.vec2d()
-    balance.rhs_pairs[rod, last] = wp.vec2d()
-    balance.diagonal[rod, 1] += stiffness
-    balance.diagonal[rod, last - 1] += stiffness
-
-
-@wp.func
-def solve_bending(rod: int, balance: Balance):
-    """δk, stored in place of the right-hand side."""
-    solve_pentadiagonal_rod(
-        rod,
-        balance.lower2,
-        balance.lower,
-        balance.diagonal,
-        balance.upper,
-        balance.upper2,
-        balance.rhs_pairs,
-        balance.work_pairs,
-        balance.rhs_pairs,
-    )
 
 
 @wp.func
@@ -104,7 +78,7 @@ def solve_scalar(rod: int, balance: Balance):
 
 
 @wp.func
-def step_activity(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real, rho_dt: real, balance: Balance):
+def step_activity(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
     """From f* to fⁿ⁺¹, with diffusion and the sink of the law implicit, ``f' = 0`` at the ends."""
     last = star.twist.shape[1] - 1
     relaxation = rods.relaxation[rod]
@@ -114,7 +88,7 @@ def step_activity(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real,
         balance.lower[rod, node] = -diffusion
         balance.upper[rod, node] = -diffusion
         balance.diagonal[rod, node] = relaxation * a + sink + real(2.0) * diffusion
-        balance.rhs[rod, node] = rate - relaxation * rho_dt * change.activity[rod, node]
+        balance.rhs[rod, node] = rate - relaxation * slope.activity[rod, node]
     balance.upper[rod, 0] = real(-2.0) * diffusion
     balance.lower[rod, last] = real(-2.0) * diffusion
     solve_scalar(rod, balance)
@@ -123,7 +97,7 @@ def step_activity(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real,
 
 
 @wp.func
-def step_twist(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real, rho_dt: real, balance: Balance):
+def step_twist(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
     """From τ* to τⁿ⁺¹, with ``(c/ηr)∂²`` implicit.
 
     ``Im(k̄ ω⊥)`` must be that of the new bending; its extrapolation is unstable.
@@ -139,7 +113,7 @@ def step_twist(rod: int, rods: Swimmers, star: Shape, change: Shape, a: real, rh
         balance.upper[rod, node] = -diffusion
         balance.diagonal[rod, node] = a + real(2.0) * diffusion
         rate = per_length * (roll_rate_next - roll_rate) + source
-        balance.rhs[rod, node] = rate - rho_dt * change.twist[rod, node]
+        balance.rhs[rod, node] = rate - slope.twist[rod, node]
         roll_rate = roll_rate_next
     set_zero_end_rows(rod, last, balance)
     solve_scalar(rod, balance)
@@ -173,17 +147,13 @@ def symmetrise(rod: int, shape: Shape):
 
 
 @wp.func
-def step_shape(rod: int, rods: Swimmers, star: Shape, change: Shape, clock: Scalars1D, balance: Balance):
+def step_shape(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
     """Advance the extrapolated shape ``star`` to the shape at the end of the step."""
-    one = real(1.0)
-    ratio = clock[RATIO]
-    a = (one + real(2.0) * ratio) / ((one + ratio) * clock[STEP])
-    rho_dt = ratio / clock[STEP]
     solve_balance(rod, rods, star, balance)
-    step_bending(rod, rods, star, change, a, rho_dt, balance)
-    step_activity(rod, rods, star, change, a, rho_dt, balance)
+    step_bending(rod, rods, star, slope, a, balance)
+    step_activity(rod, rods, star, slope, a, balance)
     find_transverse_source(rod, rods, star.bending, star.twist, balance)
     find_transverse_velocity(rod, rods, star.bending, balance)
-    step_twist(rod, rods, star, change, a, rho_dt, balance)
+    step_twist(rod, rods, star, slope, a, balance)
     if rods.symmetric == 1:
         symmetrise(rod, star)

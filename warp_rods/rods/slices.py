@@ -30,5 +30,9 @@ def slice_struct(kind: Any, value: Any, rods: slice) -> Any:
     view = kind()
     for name in kind.vars:
         part = getattr(value, name)
-        setattr(view, name, part[rods] if isinstance(part, wp.array) else part)
+        if isinstance(part, wp.array):
+            part = part[rods]
+        elif hasattr(kind.vars[name].type, "vars"):
+            part = slice_struct(kind.vars[name].type, part, rods)
+        setattr(view, name, part)
     return view

@@ -10,8 +10,10 @@ import numpy as np
 import warp as wp
 
 from warp_rods.kernels.free.output import Output
-from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Shape, Swimmers
+from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Past, Shape, Swimmers
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
+from warp_rods.kernels.magnus import RATES
+from warp_rods.kernels.multistep import LEVELS, Pace
 from warp_rods.rods.slices import slice_array, slice_struct
 
 PARAMETERS = {
@@ -25,14 +27,17 @@ PARAMETERS = {
 }
 """Names of the parameters in a scene → those in the kernels."""
 SHAPE = ("bending", "twist", "activity")
+PAST = ("first", "second", "third", "fourth")
 BALANCE = (
     *("axial_source", "transverse_source", "tension", "axial_velocity", "transverse_velocity", "angular_velocity"),
     *("twist_source", "bishop_roll_rate", "lower2", "lower", "diagonal", "upper", "upper2"),
-    *("rhs", "rhs_pairs", "work", "work_pairs"),
+    *("rhs", "rhs_pairs", "work", "work_pairs", "work_quadruples"),
+    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
 )
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "rhs_pairs", "work_pairs"),
     "bending_rate",
+    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
 }
 """Fields with two components across the rod; all others are scalars."""
 
@@ -43,11 +48,15 @@ class Arrays:
 
     rods: Any  # Swimmers
     now: Any  # Shape: the present one
-    change: Any  # Shape: its change in the last step
+    past: Any  # Past: the shapes of the steps before
     midpoint: Any  # Midpoint
+    pace: Any  # Pace: times of these shapes, and the next step
+    shown: Any  # Shape: that of the present time
+    shown_midpoint: Any  # Midpoint: the frame of the present time; its rates are not used
     failed_at: wp.array
     external: Any  # ExternalForce
     star: Any  # Shape: x*, workspace
+    slope: Any  # Shape: Σ d_j x_j, workspace
     step_balance: Any  # Balance of a step, workspace
     balance: Any  # Balance of the present shape, for output
     output: Any  # Output
@@ -84,11 +93,15 @@ def allocate(
     return Arrays(
         rods=rods,
         now=_shape(per_node, *shape, device),
-        change=_shape(per_node, *shape, device),
+        past=_past(*shape, device),
         midpoint=_midpoint(count, device),
+        pace=_pace(count, device),
+        shown=_shape(per_node, *shape, device),
+        shown_midpoint=_midpoint(count, device),
         failed_at=per_rod(count, device=device),
         external=external,
         star=_shape(workspace, *shape, device),
+        slope=_shape(workspace, *shape, device),
         step_balance=_balance(workspace, *shape, workspace(*shape, wp.vec3d, device), device),
         balance=_balance(per_node, *shape, external.now, device),
         output=_output(*shape, device),
@@ -117,11 +130,15 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
     return Arrays(
         rods=slice_struct(Swimmers, a.rods, rods),
         now=slice_struct(Shape, a.now, rods),
-        change=slice_struct(Shape, a.change, rods),
+        past=slice_struct(Past, a.past, rods),
         midpoint=slice_struct(Midpoint, a.midpoint, rods),
+        pace=slice_struct(Pace, a.pace, rods),
+        shown=slice_struct(Shape, a.shown, rods),
+        shown_midpoint=slice_struct(Midpoint, a.shown_midpoint, rods),
         failed_at=a.failed_at[rods],
         external=slice_struct(ExternalForce, a.external, rods),
         star=_shape(workspace, count, nodes, device),
+        slope=_shape(workspace, count, nodes, device),
         step_balance=_balance(workspace, count, nodes, workspace(count, nodes, wp.vec3d, device), device),
         balance=slice_struct(Balance, a.balance, rods),
         output=slice_struct(Output, a.output, rods),
@@ -159,15 +176,38 @@ def _output(rods: int, nodes: int, device: Any) -> Any:
     return output
 
 
+def _past(rods: int, nodes: int, device: Any) -> Any:
+    past = Past()
+    for name in PAST:
+        setattr(past, name, _shape(per_node, rods, nodes, device))
+    return past
+
+
+def _pace(rods: int, device: Any) -> Any:
+    pace = Pace()
+    pace.at = wp.zeros((rods, LEVELS), dtype=wp.float64, device=device)
+    pace.step = per_rod(rods, device=device)
+    pace.levels, pace.order = (wp.full(rods, 1, dtype=wp.int32, device=device) for _ in range(2))
+    for name in ("waited", "highest_order", "taken", "rejected"):
+        setattr(pace, name, per_rod(rods, wp.int32, device))
+    return pace
+
+
 def _midpoint(rods: int, device: Any) -> Any:
     midpoint = Midpoint()
-    midpoint.rotation = per_rod(rods, wp.mat33d, device)
-    for name in ("position", "angular_velocity", "velocity"):
+    for name in ("rotation", "rotation_before"):
+        setattr(midpoint, name, per_rod(rods, wp.mat33d, device))
+    for name in ("position", "position_before"):
         setattr(midpoint, name, per_rod(rods, wp.vec3d, device))
-    for name in ("angle", "roll_rate"):
+    for name in ("angle", "angle_before"):
         setattr(midpoint, name, per_rod(rods, device=device))
+    for name in ("angular_velocity", "velocity"):
+        setattr(midpoint, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
+    midpoint.roll_rate = wp.zeros((rods, RATES), dtype=wp.float64, device=device)
     return midpoint
 
 
 def _dtype(name: str) -> Any:
+    if name == "work_quadruples":
+        return wp.vec4d
     return wp.vec2d if name in PAIRS else wp.float64

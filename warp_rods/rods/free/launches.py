@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from warp_rods.kernels.free import motion, output
+from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.lie import integrate_frames
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.free.arrays import Arrays, allocate_force, slice_arrays
@@ -27,6 +29,8 @@ class FreeLaunches:
         self.rods, self.nodes = arrays.position.shape
         self.device = arrays.position.device
         self._field: Any = None
+        self._target = per_rod(3, device=self.device)
+        self.show_at(np.inf)
         self._record()
 
     def enable_forces(self, field: Any = None) -> None:
@@ -39,6 +43,8 @@ class FreeLaunches:
     def _record(self) -> None:
         self.version = object()
         self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in self._slices()], self.device)
+        parts = [partial(self._launch_advance_past, a) for a in self._slices()]
+        self._advance_past = RecordedInThreads(parts, self.device)
         self._tick = Recorded(self.clock.launch_tick, self.device)
         self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
@@ -59,6 +65,15 @@ class FreeLaunches:
         self._advance()
         self._tick()
 
+    def advance_past(self, time: float, tolerance: float, unit: float) -> None:
+        """Steps of every rod that is not frozen until it reaches ``time``; output is then that of ``time``."""
+        self._target.assign([time, tolerance, unit])
+        self._advance_past()
+
+    def show_at(self, time: float) -> None:
+        """Make output that of this time within the last step of each rod; infinity: that of its end."""
+        self._target.assign([time, 0.0, 0.0])
+
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
 
@@ -70,13 +85,23 @@ class FreeLaunches:
 
     def _launch_advance(self, a: Arrays) -> None:
         self._launch_force(a)
-        state = (a.rods, a.now, a.change, a.midpoint, a.external, self.clock.array, a.failed_at)
-        self._launch(motion.advance, a.position.shape[0], *state, a.star, a.step_balance)
+        state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.external, self.clock.array, a.failed_at)
+        self._launch(motion.advance, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
         if a.force is not None:
             self._launch_frames(a)
 
+    def _launch_advance_past(self, a: Arrays) -> None:
+        state = (a.rods, a.now, a.past, a.midpoint, a.pace, self._target, a.failed_at)
+        self._launch(motion.advance_past, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
+
+    def _launch_show(self, a: Arrays) -> None:
+        frame = (a.shown_midpoint.rotation, a.shown_midpoint.position, a.shown_midpoint.angle)
+        state = (a.now, a.past, a.midpoint, a.pace, self._target, a.shown)
+        self._launch(motion.show, a.position.shape[0], *state, *frame)
+
     def _launch_frames(self, a: Arrays) -> None:
-        middle = (a.now, a.midpoint, a.bishop_strain, a.rotation, a.position)
+        self._launch_show(a)
+        middle = (a.shown, a.shown_midpoint, a.bishop_strain, a.rotation, a.position)
         self._launch(output.set_bishop_strain, a.position.shape, *middle)
         self._launch(
             integrate_frames, a.position.shape[0], a.bishop_strain, a.spacing, self.nodes // 2, a.rotation, a.position
@@ -85,10 +110,11 @@ class FreeLaunches:
     def _launch_output(self) -> None:
         a = self.arrays
         self._launch_force(a)
-        self._launch(output.find_output, self.rods, a.rods, a.now, a.balance, a.output)
+        self._launch_show(a)
+        self._launch(output.find_output, self.rods, a.rods, a.shown, a.balance, a.output)
 
     def _launch_material_frame(self) -> None:
         a = self.arrays
         self._launch_frames(a)
-        frames = (a.rods, a.now, a.midpoint, a.rotation, a.strain, a.orientation)
+        frames = (a.rods, a.shown, a.shown_midpoint, a.rotation, a.strain, a.orientation)
         self._launch(output.find_material_frame, (self.rods, self.nodes), *frames)

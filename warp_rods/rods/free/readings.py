@@ -48,7 +48,7 @@ class FreeReadings(Readings):
             "orientation": of(find_frames, a.orientation),
             "rotation": of(find_frames, a.rotation),
             "status": of(_no_update, a.rods.status),
-            "activity": of(_no_update, a.now.activity),
+            "activity": of(find_frames, a.shown.activity),
         }
 
     @property
@@ -72,9 +72,9 @@ class FreeReadings(Readings):
         with exclusive:
             self._find_output()
             return {
-                "bending": _complex(a.now.bending),
-                "twist": to_host(a.now.twist),
-                "activity": to_host(a.now.activity),
+                "bending": _complex(a.shown.bending),
+                "twist": to_host(a.shown.twist),
+                "activity": to_host(a.shown.activity),
                 "bending_rate": _complex(a.output.bending_rate),
                 "twist_rate": to_host(a.output.twist_rate),
                 "activity_rate": to_host(a.output.activity_rate),

@@ -13,7 +13,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.free.output import force_field
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Parameter
-from warp_rods.rods.free.arrays import SHAPE, allocate
+from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
 from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
@@ -22,6 +22,15 @@ from warp_rods.rods.free.shapes import from_midpoint, initial_strain
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
+BEFORE = ("rotation_before", "position_before", "angle_before")
+PACE = ("at", "levels", "order", "step", "waited", "taken", "rejected")
+FIRST_STEP = 1e-6
+"""The first step that a rod tries, in units of ζ∥L/f*."""
+
+
+def highest_order(bend: np.ndarray, twist: np.ndarray) -> np.ndarray:
+    """The highest stable order of each rod: the twist is implicit only in its own equation."""
+    return np.where(twist > 10 * bend, 2, 4).astype(np.int32)
 
 
 class FreeRods(FreeReadings, Ensemble):
@@ -100,6 +109,8 @@ class FreeRods(FreeReadings, Ensemble):
         now.activity.assign(activity)
         midpoint.rotation.assign(rotation)
         midpoint.position.assign(position)
+        self._arrays.pace.step.fill_(FIRST_STEP)
+        self._arrays.pace.highest_order.assign(highest_order(self.bend, self.twist))
 
     def _enable_forces(self, field: Any = None) -> None:
         if self.symmetric:
@@ -113,6 +124,16 @@ class FreeRods(FreeReadings, Ensemble):
     def take_step(self) -> None:
         """Launch one step of the length given to ``set_step``."""
         self._launches.advance()
+
+    def advance_to(self, time: float, tolerance: float) -> None:
+        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+
+        tolerance: allowed root mean square of the error of a step in the strains over those strains (1/L at least),
+        and of that in f. Needs rods without external forces.
+        """
+        with exclusive:
+            self._launches.advance_past(time, tolerance, 1.0)
+            self._clock.time = time
 
     @property
     def recordable(self) -> bool:
@@ -190,8 +211,9 @@ class FreeRods(FreeReadings, Ensemble):
         """Every device array that the next step depends on."""
         a = self._arrays
         arrays = {name: getattr(a.now, name) for name in SHAPE}
-        arrays |= {f"{name}_change": getattr(a.change, name) for name in SHAPE}
-        arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in MIDPOINT}
+        arrays |= {f"{name}_{level}": getattr(getattr(a.past, level), name) for level in PAST for name in SHAPE}
+        arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
+        arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
         if a.force is not None:
             arrays |= {"force": a.force, "force_previous": a.external.previous}

@@ -11,7 +11,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def error_of(rod: int, w: Levels, now: Shape, past: Past, star: Shape):
-    """Root mean square of x − Σ w_j x_j over the nodes: of the strains over 1 + their own, or of f, if that is larger."""
+    """Root mean square of x − Σ w_j x_j over the nodes: of the strains over 1 + their own, or of f if larger."""
     strain, distance, activity = real(0.0), real(0.0), real(0.0)
     nodes = now.twist.shape[1]
     for node in range(nodes):

@@ -8,8 +8,8 @@ rods continue.
 import warp as wp
 
 from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
 from warp_rods.kernels.free.error import error_of
+from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
 from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Past, Shape, Swimmers
 from warp_rods.kernels.free.step import combine_shapes, extrapolate, extrapolate_force, step_shape
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
@@ -136,7 +136,15 @@ def levels_of_rates(pace: Pace, rod: int):
 
 @wp.func
 def accept(
-    rod: int, rods: Swimmers, star: Shape, now: Shape, past: Past, balance: Balance, pace: Pace, midpoint: Midpoint, t: real
+    rod: int,
+    rods: Swimmers,
+    star: Shape,
+    now: Shape,
+    past: Past,
+    balance: Balance,
+    pace: Pace,
+    midpoint: Midpoint,
+    t: real,
 ):
     """Make the state at t the present one."""
     push_time(pace, rod, t)

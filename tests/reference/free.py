@@ -161,34 +161,54 @@ def evaluate(shape, p, h, force=(0.0, 0.0)):
     )
 
 
-def bending_matrix(tension, axial, p, h, rate):
-    """Bands over the interior nodes of rate − L, L = −(b/η)∂⁴ + (1/η)∂²(λ ·) + ∂(u0 ·)."""
-    stiff = p.bend / p.drag_ratio / h**4
-    pull = tension / (p.drag_ratio * h**2)
-    push = axial / (2 * h)
-    ones = np.ones_like(tension[:, 1:-1])
-    centre = 6 * ones
-    centre[:, [0, -1]] = 7
-    return {
-        -2: stiff * ones,
-        -1: -4 * stiff * ones - pull[:, :-2] + push[:, :-1],
-        0: rate + stiff * centre + 2 * pull[:, 1:-1] - (push[:, 1:] - push[:, :-1]),
-        1: -4 * stiff * ones - pull[:, 2:] - push[:, 1:],
-        2: stiff * ones,
-    }
+def linear_bending_rate(z, shape, rates, p, h):
+    """∂k/∂t of an increment z [rod, node] of the bending, zero at the ends; λ, u0, τ and ω0 of the shape are kept."""
+    pull = odd_slope(internal_force(z, shape.twist, p, h), h)
+    transverse = (pull - 1j * rates.tension * z) / p.drag_ratio
+    return pinned(slope(spin_of(transverse, rates.axial, z, h), h) - 1j * (rates.bishop_spin * z)[:, 1:-1])
 
 
-def step(shape, previous, p, h, dt, ratio=1.0, force=(0.0, 0.0)):
-    """One step of SBDF2 in increments; ratio: this step over the previous one, 0 for IMEX Euler."""
-    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
-    rate = (1 + 2 * ratio) / ((1 + ratio) * dt)
-    star = shape.combined(1 + ratio, previous, -ratio)
-    past = shape.combined((1 + ratio) / dt, previous, -(ratio**2) / ((1 + ratio) * dt))
+def bending_increment(shape, rates, p, h, rate, right):
+    """δk from (rate − J) δk = right [rod, inner node], with J assembled column by column."""
+    rods, inner = right.shape
+    matrix = np.zeros((rods, inner, inner), complex)
+    for column in range(inner):
+        unit = np.zeros((rods, inner + 2), complex)
+        unit[:, column + 1] = 1
+        matrix[:, :, column] = -linear_bending_rate(unit, shape, rates, p, h)[:, 1:-1]
+        matrix[:, column, column] += rate
+    return pinned(np.linalg.solve(matrix, right[..., None])[..., 0])
+
+
+def lagrange(times, t):
+    """Values and slopes at t of the Lagrange polynomials of these times."""
+    values, slopes = [], []
+    for own in times:
+        others = [x for x in times if x != own]
+        basis = np.poly1d(np.subtract(others, t), r=True) / np.prod(np.subtract(own, others))
+        values.append(basis(0.0))
+        slopes.append(basis.deriv()(0.0))
+    return values, slopes
+
+
+def combined(weights, shapes):
+    """Σ w_j x_j."""
+    fields = zip(*(shape.fields() for shape in shapes), strict=True)
+    return Shape(*(sum(w * x for w, x in zip(weights, levels, strict=True)) for levels in fields))
+
+
+def step(shapes, times, t, p, h, force=(0.0, 0.0)):
+    """One linearly implicit step to t from levels at these times, newest first; as many levels as the order."""
+    force = tuple(np.broadcast_to(part, shapes[0].bending.shape) for part in force)
+    values, _ = lagrange(times, t)
+    _, slopes = lagrange([t, *times], t)
+    rate = slopes[0]
+    star = combined(values, shapes)
+    past = combined(slopes[1:], shapes)  # dx/dt = rate x + past
     now = evaluate(star, p, h, force)
 
-    defect = (past.bending - rate * star.bending + now.bending)[:, 1:-1]
-    bands = bending_matrix(now.tension, now.axial, p, h, rate)
-    bending = star.bending + pinned(solve_rows(bands, defect.real) + 1j * solve_rows(bands, defect.imag))
+    right = now.bending - past.bending - rate * star.bending
+    bending = star.bending + bending_increment(star, now, p, h, rate, right[:, 1:-1])
 
     ends = np.zeros_like(star.activity)
     ends[:, [0, -1]] = 1
@@ -200,15 +220,15 @@ def step(shape, previous, p, h, dt, ratio=1.0, force=(0.0, 0.0)):
             0: p.relaxation * rate + star.activity * flow + 2 * spread,
             1: -spread * (1 + ends),
         },
-        p.relaxation * past.activity + flow,
+        -p.relaxation * past.activity + flow,
     )
 
     transverse = transverse_velocity(bending, star.twist, now.tension, p, h, force)
     converted = twist_from_bending(bending, spin_of(transverse, now.axial, bending, h))
     drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(converted)
     soft = np.full_like(drive, p.twist / p.rotational_drag / h**2)
-    twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, past.twist[:, 1:-1] + drive))
-    return Shape(bending, twist, activity), now
+    twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, drive - past.twist[:, 1:-1]))
+    return Shape(bending, twist, activity)
 
 
 def energy(shape, p, h):

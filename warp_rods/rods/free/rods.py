@@ -136,6 +136,18 @@ class FreeRods(FreeReadings, Ensemble):
             self._clock.time = time
 
     @property
+    def steps_taken(self) -> np.ndarray:
+        """Steps that each rod has taken [rod]."""
+        with exclusive:
+            return to_host(self._arrays.pace.taken)
+
+    @property
+    def steps_rejected(self) -> np.ndarray:
+        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
+        with exclusive:
+            return to_host(self._arrays.pace.rejected)
+
+    @property
     def recordable(self) -> bool:
         """False if a Python function gives the force, or threads share a step."""
         return self._external is None and self._launches.threads == 1

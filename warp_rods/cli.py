@@ -90,7 +90,6 @@ def check(scene: SceneFile) -> None:
     checked = Scene.load(scene)
     with Console(stderr=True).status("placing rods …"):
         simulation = Simulation(checked, "cpu")
-    frames = simulation.frames
     for name, ensemble in simulation.ensembles.items():
         print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")
     for line in simulation.notes:
@@ -99,7 +98,7 @@ def check(scene: SceneFile) -> None:
         print(f"warning: {line}")
     count = len(simulation.warnings)
     result = f"{count} warning{'s' if count > 1 else ''}" if count else "no problems found"
-    print(f"Δt = {simulation.step_size:.3g}, {int(frames.steps.sum())} steps, {len(frames.times)} frames: {result}")
+    print(f"{simulation.pace}: {result}")
 
 
 def _export(run_dir: Path, **wanted: bool) -> None:

@@ -47,6 +47,11 @@ class Surroundings:
         return Walls(swimmers, wall, box.wall.strength, box.wall.range, box.side == "outside", self._device)
 
     @property
+    def has_walls(self) -> bool:
+        """Whether walls push swimmers."""
+        return self._walls is not None
+
+    @property
     def recordable(self) -> bool:
         """Whether ``apply`` consists of kernel launches of one thread."""
         return self.neighbours is None or self.neighbours.threads == 1

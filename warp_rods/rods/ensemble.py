@@ -95,6 +95,25 @@ class Ensemble(Readings):
         with exclusive:
             self._clock.set_step(dt)
 
+    @property
+    def has_own_steps(self) -> bool:
+        """Whether each rod can take steps of its own, see ``advance_to``."""
+        return False
+
+    def advance_to(self, time: float, tolerance: float) -> None:
+        """Advance every rod to ``time`` in steps of its own, each with an error below ``tolerance``."""
+        raise NotImplementedError
+
+    @property
+    def steps_taken(self) -> np.ndarray:
+        """Steps of its own that each rod has taken [rod]."""
+        return np.zeros(self.count, dtype=int)
+
+    @property
+    def steps_rejected(self) -> np.ndarray:
+        """Steps of its own that each rod has tried and repeated, because their error was too large [rod]."""
+        return np.zeros(self.count, dtype=int)
+
     def prepare_step(self, dt: float) -> None:
         """Work on the host before a step of ``dt``."""
 

@@ -10,10 +10,11 @@ from pydantic import AfterValidator, ConfigDict, Field
 
 from warp_rods.membranes.catalogue import KINDS, read
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.values import Positive, ZeroOrMore, number
+from warp_rods.values import Number, Positive, ZeroOrMore, number
 
 __all__ = ["Steric", "SurfaceTable", "Time", "Units", "metres"]
 
+Tolerance = Annotated[Number, Field(ge=1e-8, le=0.1)]
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
 LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
 
@@ -53,10 +54,15 @@ class Steric(Table):
 
 
 class Time(Table):
-    """The end time, the time step (chosen automatically where left out), and the time between saved frames."""
+    """The end time, the time between saved frames, and how steps are chosen: by their error, or all equal.
+
+    Without ``step`` rods take steps whose length and order keep the error of the run below about ``tolerance`` of the
+    length of a rod (default 0.01).
+    """
 
     end: Positive = Field(description="a positive number")
     step: Positive | None = Field(default=None, description="a positive number, or left out")
+    tolerance: Tolerance | None = Field(default=None, description="a number between 1e-8 and 0.1, or left out")
     save_every: Positive = Field(description="a positive number")
 
     @classmethod
@@ -69,6 +75,8 @@ class Time(Table):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+        if "step" in good and "tolerance" in good:
+            return [fault(("tolerance",), good["tolerance"], ": has no meaning with step: leave one of them out")]
         # One line for each key: where step exceeds both bounds, the later line, on end, is kept.
         at_most = [("step", "save_every"), ("save_every", "end"), ("step", "end")]
         faults = {

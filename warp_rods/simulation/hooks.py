@@ -19,6 +19,9 @@ class Cadence(Protocol):
     def count(self, simulation: Simulation) -> int:
         """The number of times it has become due so far, the start included."""
 
+    def next_time(self, simulation: Simulation) -> float:
+        """The time at which it is due next, where rods take steps of their own; infinity: at a frame."""
+
 
 @dataclass(frozen=True)
 class Every:
@@ -34,6 +37,10 @@ class Every:
         assert self.time is not None
         return math.floor(simulation.now / self.time * (1 + 1e-12) + 1e-9) + 1
 
+    def next_time(self, simulation: Simulation) -> float:
+        """The next multiple of the interval."""
+        return math.inf if self.time is None else self.time * self.count(simulation)
+
 
 @dataclass(frozen=True)
 class EveryFrame:
@@ -42,6 +49,10 @@ class EveryFrame:
     def count(self, simulation: Simulation) -> int:
         """The number of frames reached, the first included."""
         return simulation.frame + 1
+
+    def next_time(self, simulation: Simulation) -> float:
+        """Infinity: at frames only."""
+        return math.inf
 
 
 def every(steps: int | None = None, time: float | None = None) -> Every:
@@ -62,6 +73,10 @@ class Hook:
     cadence: Cadence
     function: Callable[[Simulation], Any]
     called: int = 0
+
+    def next_time(self, simulation: Simulation) -> float:
+        """The time at which it is due next, where rods take steps of their own; infinity: at a frame."""
+        return self.cadence.next_time(simulation)
 
     def call_if_due(self, simulation: Simulation) -> None:
         """Call the function once if it has become due since the last call."""

@@ -20,7 +20,11 @@ from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.watch import EnergyWatch
 
 FEWEST_STEPS = 1000
-"""Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
+"""Smallest number of equal steps of a run without ``time.step``, for accuracy; bounds on the step are for stability."""
+TOLERANCE = 0.01
+"""``time.tolerance`` where it is left out."""
+TOLERANCE_OF_A_STEP = 1e-3
+"""Error of a step in units of ``time.tolerance``: errors add up, and rods that move periodically drift in phase."""
 
 
 class Simulation:
@@ -40,19 +44,41 @@ class Simulation:
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.rebuild_lists()
         self.contact = Contact(self.ensembles, self._surroundings, self.device)
-        self.step_size, self.warnings = self._choose_step(laid_out.limits)
-        self.warnings += laid_out.warnings
-        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
-        if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
-            self.step_size = self.frames.longest_step
-            self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
+        self.warnings = laid_out.warnings
+        if self.own_steps:
+            self.step_size = scene.time.save_every
+            self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        else:
+            self._plan_equal_steps(laid_out.limits)
         self.frame = 0
         self.steps_taken = 0
-        """Planned steps since the start; a step that contact divides into substeps counts once."""
+        """Steps since the start: planned ones, where a step that contact divides into substeps counts once; or the
+        largest number of steps of their own that a rod has taken."""
         self.stopped: str | None = None
         """The reason given by the hook that ended the run, if one did."""
         self._hooks: list[Hook] = []
         self._reset_warnings()
+
+    def _plan_equal_steps(self, limits: dict[str, StepLimit]) -> None:
+        """Choose the step, and keep it in the scene, so that it can be run again."""
+        scene = self.scene
+        self.step_size, warnings = self._choose_step(limits)
+        self.warnings = warnings + self.warnings
+        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
+            self.step_size = self.frames.longest_step
+            self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
+
+    @property
+    def own_steps(self) -> bool:
+        """Whether rods take steps of their own: they do not feel each other, and the scene fixes no step."""
+        alone = self._surroundings.neighbours is None and not self._surroundings.has_walls
+        return self.scene.time.step is None and alone and all(e.has_own_steps for e in self.ensembles.values())
+
+    @property
+    def tolerance(self) -> float:
+        """The error aimed at, in units of the length of a rod."""
+        return TOLERANCE if self.scene.time.tolerance is None else self.scene.time.tolerance
 
     def __repr__(self) -> str:
         ensembles = ", ".join(f"{e.count} {name}" for name, e in self.ensembles.items())
@@ -102,7 +128,8 @@ class Simulation:
         """Call ``function(simulation)`` at a cadence: ``wr.every(steps=…)`` or ``wr.every(time=…)``.
 
         It is called at the start and after the first step that reaches its time. With steric forces it is called after
-        a block of steps, because a block may be repeated. The bits of the run do not change. The function may read
+        a block of steps, because a block may be repeated. Where rods take steps of their own, ``every(time=…)`` is
+        called at its times, and ``every(steps=…)`` at frames. The bits of the run do not change. The function may read
         ensembles and call ``stop``.
         """
         self._hooks.append(Hook(cadence, function))
@@ -117,9 +144,30 @@ class Simulation:
         while not self.finished:
             for _ in self.to_next_frame():
                 yield self.steps_taken
-                if self.steps_taken < self.frames.steps_to(self.frame + 1):
+                if self._between_frames:
                     self._call_hooks()
             self._call_hooks()
+
+    @property
+    def _between_frames(self) -> bool:
+        if self.own_steps:
+            return self.now < self.frames.times[self.frame + 1]
+        return self.steps_taken < self.frames.steps_to(self.frame + 1)
+
+    @property
+    def rod_steps(self) -> int:
+        """Steps of all rods since the start."""
+        if self.own_steps:
+            return sum(int(e.steps_taken.sum()) for e in self.ensembles.values())
+        return self.steps_taken * self.rods
+
+    @property
+    def pace(self) -> str:
+        """How long steps are, for the user."""
+        count = f"{len(self.frames.times)} frames"
+        if not self.own_steps:
+            return f"Δt = {self.step_size:.3g}, {self.frames.steps_to(self.frames.last)} steps, {count}"
+        return f"steps chosen by their error for each rod, tolerance {self.tolerance:g}, {count}"
 
     def _call_hooks(self) -> None:
         for hook in self._hooks:
@@ -127,6 +175,9 @@ class Simulation:
 
     def to_next_frame(self) -> Iterator[int]:
         """Advance to the next frame; yields from time to time the number of steps taken towards it."""
+        if self.own_steps:
+            yield from self._to_next_frame_in_own_steps()
+            return
         target, before = self.frame + 1, self.steps_taken
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
@@ -135,12 +186,26 @@ class Simulation:
             yield done
         self.frame = target
 
+    def _to_next_frame_in_own_steps(self) -> Iterator[int]:
+        """Advance to the next frame, with a stop at each time at which a hook is due."""
+        frame = float(self.frames.times[self.frame + 1])
+        while self.now < frame:
+            due = min((hook.next_time(self) for hook in self._hooks), default=frame)
+            for ensemble in self.ensembles.values():
+                ensemble.advance_to(min(due, frame), TOLERANCE_OF_A_STEP * self.tolerance)
+            self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
+            yield self.steps_taken
+        self.frame += 1
+
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state does not change."""
         before, hooks, self._hooks = self.state(), self._hooks, []
         self._surroundings.apply()
         for ensemble in self.ensembles.values():
-            ensemble.step(self.step_size)
+            if self.own_steps:
+                ensemble.advance_to(1e-9 * self.scene.time.end, TOLERANCE_OF_A_STEP * self.tolerance)
+            else:
+                ensemble.step(self.step_size)
         self.variables()
         self.restore(before)
         self._hooks = hooks
@@ -201,5 +266,7 @@ class Simulation:
         if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
             raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
         self.steps_taken = self.frames.steps_to(self.frame)
+        if self.own_steps:
+            self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
         for hook in self._hooks:
             hook.skip_past(self)

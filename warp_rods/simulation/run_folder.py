@@ -136,12 +136,17 @@ def as_begun(path: Path, scene: Scene) -> Scene:
     return scene.model_copy(update={"time": time.model_copy(update=begun)})
 
 
+def _close(new: float | None, old: float | None) -> bool:
+    return new == old if new is None or old is None else bool(np.isclose(new, old, rtol=1e-9, atol=0))
+
+
 def _check_same(before: Scene, scene: Scene, path: Path) -> None:
     """Raises RunFolderError naming the keys in which a scene is not the one that was run, ``time.end`` apart."""
     old, new = before.model_dump(), scene.model_dump()
     differing = [key for key in new if key != "time" and new[key] != old[key]]
     # The step as run is the frames' spacing over a whole number: its last digits follow the number of frames.
-    same = {key: np.isclose(new["time"][key], old["time"][key], rtol=1e-9, atol=0) for key in ("step", "save_every")}
+    keys = ("step", "tolerance", "save_every")
+    same = {key: _close(new["time"][key], old["time"][key]) for key in keys}
     differing += [f"time.{key}" for key, close in same.items() if not close]
     if differing:
         raise RunFolderError(

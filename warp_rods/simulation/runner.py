@@ -26,6 +26,10 @@ from warp_rods.simulation.trajectory import GroupSpec
 CHECKPOINT_EVERY = 2.0
 """Seconds between checkpoints, at most one a frame."""
 
+PARTS = 1000
+"""Parts of the progress bar."""
+STEPS = ("steps_taken", "steps_rejected")
+
 Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 
 
@@ -142,8 +146,7 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         report.note(line)
     for line in simulation.warnings:
         report.warn(line)
-    frames = simulation.frames
-    report.note(f"Δt = {simulation.step_size:.3g}, {frames.steps_to(frames.last)} steps, {len(frames.times)} frames")
+    report.note(simulation.pace)
     return simulation
 
 
@@ -156,17 +159,23 @@ def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Re
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
     """Step to the end with a progress bar; returns rod-steps done."""
-    first, planned = simulation.steps_taken, simulation.frames.steps_to(simulation.frames.last)
-    begun = time.perf_counter()
-    with Bar("running", planned, console, first) as bar, _stopping(simulation, kept, report):
-        for taken in simulation.advance():
-            speed = (taken - first) * simulation.rods / (time.perf_counter() - begun)
-            bar.update(taken, f"{speed:,.0f} rod-steps/s")
+    first, end, begun = simulation.rod_steps, simulation.scene.time.end, time.perf_counter()
+    with Bar("running", PARTS, console, int(PARTS * simulation.now / end)) as bar, _stopping(simulation, kept, report):
+        for _ in simulation.advance():
+            speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
+            bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
     if simulation.contact.finest > 1:
         report.note(f"contact: steps were cut into {simulation.contact.finest} at times")
     if simulation.stopped is not None:
         report.note(f"stopped at t = {simulation.time:g}: {simulation.stopped}")
-    return (simulation.steps_taken - first) * simulation.rods
+    if simulation.own_steps:
+        report.note(_steps_of_their_own(simulation))
+    return simulation.rod_steps - first
+
+
+def _steps_of_their_own(simulation: Simulation) -> str:
+    taken, rejected = (np.concatenate([getattr(e, name) for e in simulation.ensembles.values()]) for name in STEPS)
+    return f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} were repeated shorter"
 
 
 @contextlib.contextmanager
@@ -194,7 +203,7 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "title": scene.title,
         "seed": scene.seed,
         "device": str(simulation.device),
-        "step": simulation.step_size,
+        "step": "chosen by error" if simulation.own_steps else simulation.step_size,
         "units": f"length {scene.units.length}" if scene.units else "dimensionless",
         "scene": scene.to_toml(),
         "scene_hash": scene.hash(),

@@ -24,13 +24,18 @@ from warp_rods.rods.variables import SWIMMER_VARIABLES
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
 PACE = ("at", "levels", "order", "step", "waited", "taken", "rejected")
+STIFF_IN_TWIST = 10.0
+"""β∥/β⊥ above which orders 3 and 4 are unstable."""
 FIRST_STEP = 1e-6
 """The first step that a rod tries, in units of ζ∥L/f*."""
 
 
-def highest_order(bend: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """The highest stable order of each rod: the twist is implicit only in its own equation."""
-    return np.where(twist > 10 * bend, 2, 4).astype(np.int32)
+def highest_order(bend: np.ndarray, twist: np.ndarray, planar: np.ndarray) -> np.ndarray:
+    """The highest stable order of each rod: 2 where twist is much stiffer than bending, unless there is none.
+
+    Bending and twist are each implicit in their own equation only.
+    """
+    return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 2, 4).astype(np.int32)
 
 
 class FreeRods(FreeReadings, Ensemble):
@@ -110,7 +115,9 @@ class FreeRods(FreeReadings, Ensemble):
         midpoint.rotation.assign(rotation)
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
-        self._arrays.pace.highest_order.assign(highest_order(self.bend, self.twist))
+        in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
+        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0)
+        self._arrays.pace.highest_order.assign(highest_order(self.bend, self.twist, planar))
 
     def _enable_forces(self, field: Any = None) -> None:
         if self.symmetric:
@@ -125,12 +132,19 @@ class FreeRods(FreeReadings, Ensemble):
         """Launch one step of the length given to ``set_step``."""
         self._launches.advance()
 
+    @property
+    def has_own_steps(self) -> bool:
+        """True for rods without external forces."""
+        return self._arrays.force is None
+
     def advance_to(self, time: float, tolerance: float) -> None:
         """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
 
         tolerance: allowed root mean square of the error of a step in the strains over those strains (1/L at least),
-        and of that in f. Needs rods without external forces.
+        and of that in f. Raises SceneError for rods with external forces.
         """
+        if not self.has_own_steps:
+            raise SceneError("advance_to: rods with external forces take equal steps; use step")
         with exclusive:
             self._launches.advance_past(time, tolerance, 1.0)
             self._clock.time = time

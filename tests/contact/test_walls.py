@@ -17,7 +17,7 @@ from warp_rods.simulation.loop import Simulation
 
 STRENGTH, RANGE = 2000.0, 0.05
 HEIGHT = 0.5
-SURFACES = {
+CONTAINERS = {
     "sphere": {"radius": 1.0},
     "ellipsoid": {"radii": [0.7, 1.0, 1.3]},
     "cassini": {"a": 1.0, "b": 1.1},
@@ -49,11 +49,11 @@ def near_the_wall(wall: Surface | float, nodes: int = 9) -> Rods:
 
 
 @pytest.mark.parametrize(
-    ("kind", "outside"), [("slab", False), *((kind, outside) for kind in SURFACES for outside in (False, True))]
+    ("kind", "outside"), [("slab", False), *((kind, outside) for kind in CONTAINERS for outside in (False, True))]
 )
 def test_force_is_minus_the_gradient_of_the_energy(kind, outside, device):
     """By central differences, with errors of second order in the step."""
-    wall = HEIGHT if kind == "slab" else surfaces.make(kind, SURFACES[kind])
+    wall = HEIGHT if kind == "slab" else surfaces.make(kind, CONTAINERS[kind])
     wall_range, side, rods = 0.1, -1.0 if outside else 1.0, near_the_wall(wall)
     held = Held(rods, device)
     walls = Walls([held], wall, STRENGTH, wall_range, outside, device)

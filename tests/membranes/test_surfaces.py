@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import sympy as sp
 import warp as wp
-from reference.surface import X, Y, Z, curvatures, differentiated
+from examples.surfaces import INSIDE, SURFACES
+from reference.surface import Z, curvatures, differentiated
 
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import real
@@ -14,33 +15,9 @@ from warp_rods.rods.bound.rods import BoundRods
 
 wp.set_module_options({"enable_backward": False})
 
-RHO = sp.sqrt(X**2 + Y**2)
-R2 = X**2 + Y**2 + Z**2
-
-CASES = {
-    "plane": ({"size": 4.0}, Z),
-    "sphere": ({"radius": 1.3}, (R2 - 1.3**2) / 2.6),
-    "ellipsoid": ({"radii": [1.0, 1.5, 0.7]}, ((X / 1.0) ** 2 + (Y / 1.5) ** 2 + (Z / 0.7) ** 2 - 1) / 2),
-    "cylinder": ({"radius": 0.6, "length": 3.0}, (X**2 + Y**2 - 0.6**2) / 1.2),
-    "torus": ({"major": 1.1, "minor": 0.4}, ((RHO - 1.1) ** 2 + Z**2 - 0.4**2) / 0.8),
-    "cassini": ({"a": 1.0, "b": 1.1}, (RHO**2 + Z**2 + 1) ** 2 - 4 * Z**2 - sp.Float(1.1) ** 4),
-    "bridge": (
-        {"neck": 0.4, "body": 1.0, "width": 0.8, "length": 5.0},
-        (RHO**2 - (0.4 + 0.6 * (1 - sp.exp(-(Z**2) / 0.64))) ** 2) / 2,
-    ),
-    "undulated": (
-        {"radius": 1.0, "amplitude": 0.16, "wavenumber": 5.0},
-        R2 - 1 + 0.16 * (sp.cos(5 * X) + sp.cos(5 * Y) + sp.cos(5 * Z)),
-    ),
-}
-"""Kind: values, and φ with these values as documented for the scene and the field."""
-
-INSIDE = {"plane": (0, 0, -1), "torus": (1.1, 0, 0)}
-"""A point inside, where it is not the origin."""
-
 
 def made(kind: str) -> surfaces.Surface:
-    return surfaces.make(kind, CASES[kind][0])
+    return surfaces.make(kind, SURFACES[kind][0])
 
 
 def points_on(surface: surfaces.Surface, count: int = 200) -> np.ndarray:
@@ -57,19 +34,19 @@ def unit(v: np.ndarray) -> np.ndarray:
 
 
 def test_every_kind_of_surface_has_a_case():
-    assert CASES.keys() == surfaces.SURFACES.keys()
+    assert SURFACES.keys() == surfaces.SURFACES.keys()
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", SURFACES)
 def test_field_and_its_derivatives(kind):
     surface = made(kind)
     points = np.random.default_rng(1).uniform(-2, 2, size=(300, 3))
-    expected = differentiated(CASES[kind][1])(points)
+    expected = differentiated(SURFACES[kind][1])(points)
     for found, exact in zip((surface.phi, surface.gradient, surface.hessian), expected, strict=True):
         np.testing.assert_allclose(found(points), exact, rtol=0, atol=1e-12 * max(1, np.abs(exact).max()))
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", SURFACES)
 def test_outward_is_where_phi_is_positive(kind):
     surface = made(kind)
     assert surface.phi(np.array([INSIDE.get(kind, (0, 0, 0))], dtype=float))[0] < 0
@@ -112,12 +89,12 @@ def geometry_of(
     gauss[i] = geometry.gaussian(K[i])
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", SURFACES)
 def test_normal_frame_and_curvatures_agree_with_the_shape_operator(kind, device):
     surface = made(kind)
     x = points_on(surface)
     direction = np.random.default_rng(2).normal(size=x.shape)
-    _, g, H = differentiated(CASES[kind][1])(x)
+    _, g, H = differentiated(SURFACES[kind][1])(x)
     inputs = [wp.array(np.ascontiguousarray(v), dtype=t, device=device) for v, t in ((g, wp.vec3d), (H, wp.mat33d))]
     inputs.append(wp.array(direction, dtype=wp.vec3d, device=device))
     types = (wp.vec3d, wp.vec3d, wp.mat33d, wp.vec3d, real)
@@ -146,7 +123,7 @@ def torus_gauss(x: np.ndarray) -> np.ndarray:
 
 
 def ellipsoid_gauss(x: np.ndarray) -> np.ndarray:
-    radii = np.array(CASES["ellipsoid"][0]["radii"])
+    radii = np.array(SURFACES["ellipsoid"][0]["radii"])
     return 1 / (np.prod(radii) * np.sum((x / radii**2) ** 2, axis=-1)) ** 2
 
 

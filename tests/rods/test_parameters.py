@@ -8,6 +8,7 @@ from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.scene import flagella
+from warp_rods.scene.flagella import LAWS
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
@@ -25,7 +26,10 @@ from warp_rods.simulation.loop import Simulation
         ({"shape": np.zeros((2, 60, 3))}, r"shape: must be a table .* or strains \(2, 65, 3\)"),
         ({"shape": np.full((2, 65, 3), np.nan)}, "shape: strains must be finite"),
         ({"flagella": {"relaxatoin": 1e-2}}, r"flagella: unknown key 'relaxatoin' \(did you mean relaxation\?\)"),
-        ({"flagella": {"law": "relaxed"}}, r"flagella.law = 'relaxed': must be one of relaxing, held \(did you mean"),
+        (
+            {"flagella": {"law": "relaxed"}},
+            f"law = 'relaxed': must be one of {', '.join(LAWS)} \\(did you mean",
+        ),
         ({"flagella": {"profile": "step"}}, "flagella.profile = 'step': must be one of tanh"),
         ({"flagella": {"profile": [1.0, np.nan]}}, "flagella.profile: must be one of"),
         ({"flagella": {"profile": np.full(65, np.nan)}}, "flagella.profile: must be finite"),

@@ -51,7 +51,7 @@ def second_column(R: wp.mat33d) -> wp.vec3d:
 
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``, ``motion``."""
+    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``."""
 
     @wp.func
     def project(p: Parameters, x: wp.vec3d) -> wp.vec3d:
@@ -163,18 +163,22 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
         largest[rod] = found
 
+    return SimpleNamespace(place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals)
+
+
+@functools.cache
+def motion_of(field: wp.Function, rate: wp.Function) -> wp.Kernel:
+    """The kernel of V and V_1 at nodes of a moving membrane; ``rate``: x, p, dp/dt -> ∂tφ, ∇∂tφ."""
+
     @wp.kernel(module="unique", enable_backward=False)
-    def motion(f: Filaments, parameters: ParameterArray, span: real):
-        """V and V_1 at nodes; ``parameters`` are those of now, and of half a ``span`` of time before and after."""
+    def motion(f: Filaments, parameters: ParameterArray):
+        """``parameters``: p, and dp/dt."""
         rod, i = wp.tid()
         r = f.position[rod, i]
-        phi0, g0, _H0 = field(r, parameters[1])
-        phi1, g1, _H1 = field(r, parameters[2])
         _phi, g, H = field(r, parameters[0])
-        V, gradient = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
+        phi_t, gradient_t = rate(r, parameters[0], parameters[1])
+        V, gradient = normal_motion(g, H, phi_t, gradient_t)
         f.normal_velocity[rod, i] = V
         f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), gradient)
 
-    return SimpleNamespace(
-        place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals, motion=motion
-    )
+    return motion

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -65,7 +66,7 @@ class Simulation:
         self.step_size, warnings = self._choose_step(limits)
         self.warnings = warnings + self.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
-        if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
+        if scene.time.step is None or not math.isclose(self.frames.longest_step, scene.time.step):
             self.step_size = self.frames.longest_step
             self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
 
@@ -263,7 +264,7 @@ class Simulation:
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
             raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
-        if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
+        if any(abs(e.time - self.time) > self.step_size / 2 for e in self.ensembles.values()):
             raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
         self.steps_taken = self.frames.steps_to(self.frame)
         if self.own_steps:

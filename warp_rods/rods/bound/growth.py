@@ -32,7 +32,7 @@ def knots(growth: Mapping[str, Any] | None, length: np.ndarray) -> tuple[np.ndar
             "growth: time and length need the same number of values, with time increasing and length not decreasing"
         )
     shape = (count, time.shape[1])
-    if not np.allclose(table[:, 0], length):
+    if not np.allclose(table[:, 0], length, atol=0.0):
         raise SceneError(f"growth.length: must begin with the filaments' length, {length.tolist()}")
     return np.broadcast_to(time, shape).copy(), np.broadcast_to(table, shape).copy()
 

@@ -9,7 +9,7 @@ import warp as wp
 from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.bound import energy, frames, linear_systems, load, rod, step
-from warp_rods.membranes.surfaces import INSTANT, Surface
+from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound.arrays import Arrays, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
@@ -27,6 +27,7 @@ class BoundLaunches:
         self._parameters = surface.device_parameters(self.device)
         self._parameters_time = 0.0
         self._surface = frames.on_surface(surface.field)
+        self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self.version = object()
         parts = self._slices()
         self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in parts], self.device)
@@ -81,7 +82,7 @@ class BoundLaunches:
         f, count, grid = a.f, a.f.geodesic.shape[0], a.f.geodesic.shape
         lower, diagonal, upper = a.bands[:3]
         if self._membrane.moving:
-            self._launch(self._surface.motion, grid, f, self._parameters, 2 * INSTANT)
+            self._launch(self._motion, grid, f, self._parameters)
         self._launch(rod.find_moments, grid, f)
         self._launch(rod.find_transverse_forces, grid, f)
         self._launch(rod.find_velocity_coefficients, grid, f)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis import balance, crossings, curvature, kymograph, motion, motion_class, settling, shape
+from warp_rods.analysis import balance, crossings, curvature, kymograph, load, motion, motion_class, settling, shape
 from warp_rods.analysis.listing import MEMBRANE, Measure, Measures
 from warp_rods.analysis.membrane import has_membrane, membrane_of
 from warp_rods.analysis.swarm import motion as swarm_motion
@@ -26,6 +26,8 @@ __all__ = ["MEASURES", "Measure", "Measures", "measure", "measures"]
 
 _ENERGIES = ("activity", "strain", "energy_density")
 _GAUSS = ("gauss", "status", MEMBRANE)
+_FORCE = ("load", "end_load", "length")
+_TORQUE = (*_FORCE, "load_moment", "end_moment", "position", "orientation")
 _RELAXATION = ("energy", "steric_energy", "dissipation", "status")
 
 MEASURES = Measures(
@@ -54,6 +56,8 @@ MEASURES = Measures(
             kymograph.energy_per_length, "filaments", "force", ("energy", "steric_energy", "length")
         ),
         "dissipation_peaks": Measure(kymograph.dissipation_peaks, "filaments", "1", ("dissipation", "length")),
+        "force_on_membrane": Measure(load.force_on_membrane, "filaments", "force", _FORCE),
+        "torque_on_membrane": Measure(load.torque_on_membrane, "filaments", "force*length", _TORQUE),
         "polar_order": Measure(order.polar_order, "swarm", "1", ("position",)),
         "nematic_order": Measure(order.nematic_order, "swarm", "1", ("position",)),
         "motion_order": Measure(order.motion_order, "swarm", "1", ("position",)),

@@ -19,6 +19,7 @@ SCALARS = (
     *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
     *("tension", "velocity_along", "velocity_across", "geodesic_rate"),
 )
+ENDS = 2
 PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 
 
@@ -69,6 +70,9 @@ def allocate(
             "energy_density": per_node(*shape, wp.float64, device),
             "load": per_node(*shape, wp.vec3d, device),
             "load_moment": per_node(*shape, wp.float64, device),
+            "stretch_force": per_node(*shape, wp.float64, device),
+            "end_load": per_node(count, ENDS, wp.vec3d, device),
+            "end_moment": per_node(count, ENDS, wp.vec3d, device),
             "orientation": per_node(*shape, wp.quatd, device),
         },
     )

@@ -13,8 +13,9 @@ class Variable:
     """One array of the store.
 
     ``dims`` are ``frame``, ``rod``, ``node`` or ``end`` (first, last), and a last dimension whose entries have names,
-    ``components``: ``axis`` (x, y, z), ``strain_component`` or ``quaternion``. ``units`` are products of the scene's units of length, force and
-    time. ``source`` is the equation, by its number in the dissertation. ``flags`` are values and their meanings.
+    ``components``: ``axis`` (x, y, z), ``strain_component`` or ``quaternion``. ``units`` are products of the scene's
+    units of length, force and time. ``source`` is the equation, by its number in the dissertation. ``flags`` are values
+    and their meanings.
     """
 
     dims: tuple[str, ...]

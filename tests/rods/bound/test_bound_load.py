@@ -153,6 +153,16 @@ def balance_error(rods, b, nodes, kind="torus") -> np.ndarray:
     return np.linalg.norm(on_membrane(rods)[:, b] - free, axis=-1)
 
 
+def test_stretch_force_is_the_force_that_does_work_along_the_membrane(device):
+    """λ + K12 m1 − K11 m2; it vanishes at free ends, where the tension does not."""
+    rods = smooth_filaments("torus", 33, device, [compatible_turn("torus", rod) for rod in range(len(LENGTH))])
+    K, m = rods.curvature, read(rods, "moment")
+    expected = rods.tension + K[..., 1] * m[..., 0] - K[..., 0] * m[..., 1]
+    np.testing.assert_allclose(rods.stretch_force, expected, rtol=0, atol=1e-12)
+    assert np.abs(rods.stretch_force[:, [0, -1]]).max() < 1e-12
+    assert np.abs(rods.tension[:, [0, -1]]).min() > 0.01
+
+
 @pytest.mark.parametrize("kind", ["torus", "cassini"])
 def test_what_a_filament_feels_it_passes_on_to_its_membrane(kind, device):
     """External force less drag is the force on the membrane, and so for the torque; bent filaments that move."""

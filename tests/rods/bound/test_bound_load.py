@@ -156,6 +156,7 @@ def balance_error(rods, b, nodes, kind="torus") -> np.ndarray:
 def test_stretch_force_is_the_force_that_does_work_along_the_membrane(device):
     """λ + K12 m1 − K11 m2; it vanishes at free ends, where the tension does not."""
     rods = smooth_filaments("torus", 33, device, [compatible_turn("torus", rod) for rod in range(len(LENGTH))])
+    rods.evaluate()
     K, m = rods.curvature, read(rods, "moment")
     expected = rods.tension + K[..., 1] * m[..., 0] - K[..., 0] * m[..., 1]
     np.testing.assert_allclose(rods.stretch_force, expected, rtol=0, atol=1e-12)

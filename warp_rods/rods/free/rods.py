@@ -49,7 +49,7 @@ class FreeRods(FreeReadings, Ensemble):
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
     rotational_drag = Parameter("Rotational drag ηr [rod].")
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
-    diffusion = Parameter("Diffusion D of the flagellar field [rod].")
+    diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class FreeRods(FreeReadings, Ensemble):
         self.flagella, self.symmetric = Flagella.read(flagella), bool(symmetric)
         given = {"bend": bend, "twist": twist, "moment": moment, "drag_ratio": drag_ratio}
         given |= {"rotational_drag": rotational_drag}
-        given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.diffusion}
+        given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.effective_diffusion}
         super().__init__(count, nodes, parameters_of(given, count), device)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
@@ -89,7 +89,7 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
-        strain = initial_strain(shape, self.nodes, self._parameters)
+        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
         if self.symmetric:

@@ -19,8 +19,8 @@ from warp_rods.rods.slices import thread_slices
 class BoundLaunches:
     """``evaluate``: velocities and rates; ``advance``: a step; ``find_output``: the variables of a frame."""
 
-    def __init__(self, arrays: Arrays, surface: Surface, clock: Clock):
-        self.arrays, self.clock = arrays, clock
+    def __init__(self, arrays: Arrays, surface: Surface, clock: Clock, middle: int):
+        self.arrays, self.clock, self.middle = arrays, clock, middle
         self.rods, self.nodes = arrays.f.geodesic.shape
         self.device = arrays.f.geodesic.device
         self._membrane = surface
@@ -116,5 +116,5 @@ class BoundLaunches:
         self._launch(load.find_stretch_force, grid, f, output["stretch_force"])
         if self._membrane.moving:
             self._launch(load.find_membrane_power, self.rods, f, a.normal_shear, output["membrane_power"])
-        self._launch(load.find_midpoint_gauss, self.rods, f, self.nodes // 2, output["gauss"])
+        self._launch(load.find_midpoint_gauss, self.rods, f, self.middle, output["gauss"])
         self._launch(self._surface.residuals, self.rods, f, self._parameters, output["residuals"])

@@ -20,21 +20,17 @@ from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
-from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
+from warp_rods.rods.step_limits import SAMPLES, StepLimit, filament_limits, wall_limit
 from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.surfaces import build_surfaces
 
-SWIMMER_STEP = 1e-3
-"""Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
 LARGEST_ANGLE = 0.3
 """Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
-LIMIT_SAMPLES = 400
-"""Points of the surface at which the orientation stiffness is evaluated."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -145,7 +141,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
-        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
+        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0))
         limits.append(filament_limits(now, points, rods))
         coarse += _unresolved(now, table, points)
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
@@ -238,7 +234,7 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §3.9")
+    layout.limits[table.name] = layout.ensembles[table.name].step_limit
     wall = layout.scene.box and layout.scene.box.wall
     if wall:
         drag = float(np.min(table.drag_ratio))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +19,7 @@ from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Parameter
+from warp_rods.rods.step_limits import StepLimit, membrane_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate", "force")
@@ -123,6 +125,11 @@ class BoundRods(BoundReadings, Ensemble):
     def take_step(self) -> None:
         """Launch one step of the length given to ``set_step``."""
         self._launches.advance(self.time + self._clock.step)
+
+    @functools.cached_property
+    def step_limit(self) -> StepLimit:  # type: ignore[override]
+        """The largest stable step on the surface as it was at the first call, and the formula that gives it."""
+        return membrane_limit(self.surface.at(self.time), self)
 
     @property
     def recordable(self) -> bool:

@@ -19,6 +19,7 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
+from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
@@ -92,6 +93,7 @@ class FreeRods(FreeReadings, Ensemble):
         strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
+        self._passive = self.flagella.law == "held" and not activity.any()
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)
         now, midpoint = self._arrays.now, self._arrays.midpoint
@@ -128,6 +130,11 @@ class FreeRods(FreeReadings, Ensemble):
     def version(self) -> object:
         """An object that is replaced when device arrays are."""
         return self._launches.version
+
+    @property
+    def step_limit(self) -> StepLimit:
+        """The largest stable step; empirical, for swimmers only."""
+        return swimmer_limit(self._passive)
 
     def _apply_external(self) -> None:
         if self._external is None:

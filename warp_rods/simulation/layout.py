@@ -11,7 +11,8 @@ import numpy as np
 
 from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
 from warp_rods.contact.barrier import barrier_warnings
-from warp_rods.contact.overlap import Space, overlapping, without_overlap
+from warp_rods.contact.overlap import overlapping, without_overlap
+from warp_rods.contact.segments import Space
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
@@ -58,9 +59,9 @@ class Layout:
         return np.random.default_rng([self.scene.seed, *name.encode()])
 
     @property
-    def points(self) -> np.ndarray:
-        """Nodes [n, 3] of all ensembles so far."""
-        return np.concatenate([np.empty((0, 3)), *(e.position.reshape(-1, 3) for e in self.ensembles.values())])
+    def lines(self) -> list[np.ndarray]:
+        """Centre lines [rod, node, 3] of all ensembles so far."""
+        return [rods.position for rods in self.ensembles.values()]
 
 
 def lay_out(scene: Scene, device) -> Layout:
@@ -103,8 +104,7 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
             f"the box is {period:.3g} wide, less than the length of a swimmer plus the core: a swimmer may touch its "
             f"own image; make the box wider"
         )
-    lines = [rods.position for rods in layout.ensembles.values()]
-    pairs = overlapping(lines, CLOSE_START * steric.core, np.array(layout.scene.period))
+    pairs = overlapping(layout.lines, CLOSE_START * steric.core, np.array(layout.scene.period))
     if pairs:
         found.append(
             f"{pairs} pairs of rods start closer than {CLOSE_START:g} of the steric core, where the force between them "
@@ -195,7 +195,7 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
         direction = placement.isotropic_directions(surface, position, rng)
         return (position, direction), build(position, direction, rods).position
 
-    space = Space(layout.points, np.array(layout.scene.period))
+    space = Space(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
@@ -220,7 +220,7 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
     shapes = {table.name: _free_rods(layout, table).position for table in tables}
     rng = layout.random(arrangement)
-    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.points, rng)
+    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.lines, rng)
     layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
     return poses
 

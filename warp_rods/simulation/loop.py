@@ -206,7 +206,7 @@ class Simulation:
             if self.own_steps:
                 ensemble.advance_to(1e-9 * self.scene.time.end, TOLERANCE_OF_A_STEP * self.tolerance)
             else:
-                ensemble.step(self.step_size)
+                ensemble.advance(self.step_size)
         self.variables()
         self.restore(before)
         self._hooks = hooks

@@ -1,6 +1,6 @@
 """Frames of surface-bound filaments in time and along the rod (docs/model.md §3.6).
 
-The frame of the tracked node advances by an Adams-Bashforth mean and one exponential (5.52), (5.53), (D.74); a clamped
+The frame of the tracked node is carried to the end of a step by one exponential of its rates (4.29), (D.74); a clamped
 end stays. The other frames follow from it outwards (D.77), (D.81), (D.82), each projected onto the surface once.
 """
 
@@ -9,13 +9,26 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warp_rods.kernels.bound.angles import velocity_increment
+from warp_rods.kernels.bound.growth import Growth, set_length
+from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
 from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_of
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import History
-from warp_rods.kernels.clock import RATIO, STEP, TIME
-from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
-from warp_rods.kernels.lie import advance, advance_along
-from warp_rods.kernels.status import OFF_SURFACE, OK
+from warp_rods.kernels.bound.step import accept, error_of_step, find_new_geodesic, status_of
+from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Vectors1D, real
+from warp_rods.kernels.lie import advance_along, orthonormalise, se3_compose, se3_exp
+from warp_rods.kernels.magnus import RATES, twist_over
+from warp_rods.kernels.multistep import (
+    Levels,
+    Pace,
+    choose_next,
+    formula_of,
+    reject,
+    step_factor,
+    times_of,
+    weights_at,
+)
+from warp_rods.kernels.status import KINK, LEFT_DATA, NOT_FINITE, OFF_SURFACE, OK
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
     Parameters,
@@ -31,12 +44,16 @@ wp.set_module_options({"enable_backward": False})
 
 LARGEST_PROJECTION = wp.constant(real(1.0e-3))
 """Fraction of Δs. A tracked node that would be projected by more than this (and 0.1 Δt |u|) has left its surface."""
-
-
-@wp.func
-def extrapolate(now: wp.vec3d, previous: wp.vec3d, ratio: real) -> wp.vec3d:
-    """Two-step Adams-Bashforth mean over the next step, whose length is ``ratio`` times that of the last one."""
-    return now + real(0.5) * ratio * (now - previous)
+LARGEST_TURN = wp.constant(real(0.2))
+"""Sine of the angle by which the tangent of a cell may leave the tangent plane before it is turned into it."""
+LARGEST_SHIFT = wp.constant(real(0.1))
+"""Fraction of Δs by which a node may be projected onto the surface."""
+LARGEST_DISTANCE = wp.constant(real(0.01))
+"""Fraction of Δs by which a node may be off the surface after it was projected."""
+HALF_TURN = wp.constant(real(wp.pi))
+"""Bending of a cell, in radians."""
+SHORTEST = wp.constant(real(1.0e-13))
+"""The shortest step that is tried, in units of the time at its start and of ``target[2]``."""
 
 
 @wp.func
@@ -47,6 +64,23 @@ def first_column(R: wp.mat33d) -> wp.vec3d:
 @wp.func
 def second_column(R: wp.mat33d) -> wp.vec3d:
     return wp.vec3d(R[0, 1], R[1, 1], R[2, 1])
+
+
+@wp.func
+def third_column(R: wp.mat33d) -> wp.vec3d:
+    return wp.vec3d(R[0, 2], R[1, 2], R[2, 2])
+
+
+@wp.func
+def is_inside(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d) -> bool:
+    """Whether x is in the box from ``low`` to ``high``."""
+    return wp.min(x - low) >= real(0.0) and wp.min(high - x) >= real(0.0)
+
+
+@wp.func
+def levels_of_rates(pace: Pace, rod: int) -> int:
+    """Levels at which the rates of the tracked node are known, no more than the order needs; not those of the start."""
+    return wp.min(wp.min(pace.levels[rod] - 1, wp.max(pace.order[rod], 2)), RATES)
 
 
 @functools.cache
@@ -60,14 +94,15 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return to_surface(x, phi, g)
 
     @wp.func
-    def store_frame(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
-        """Store node i at r, with the tangent of R projected into the tangent plane."""
-        _phi, g, H = field(r, p)
+    def store_frame(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d) -> real:
+        """Store node i at r, with the tangent of R projected into the tangent plane; returns the distance |φ|/|∇φ|."""
+        phi, g, H = field(r, p)
         n = normal(g)
         q = to_tangent(first_column(R), n)
         f.position[rod, i] = r
         f.rotation[rod, i] = frame(q, n)
         f.curvature[rod, i] = curvature(g, H, q)
+        return wp.abs(phi) / wp.length(g)
 
     @wp.func
     def curvature_at(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
@@ -76,10 +111,11 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return curvature(g, H, to_tangent(first_column(R), normal(g)))
 
     @wp.func
-    def advance_cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d):
+    def advance_cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d) -> bool:
         """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
 
         The chord keeps the length that the exponential gives it, so that the projection does not stretch the rod.
+        Returns whether the cell follows the surface: the projection and the turn of the tangent are small, and finite.
         """
         ds = f.spacing[rod] * real(j - i)
         R = f.rotation[rod, i]
@@ -89,11 +125,39 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         Q, x = advance_along(R, r, mean, ds)
         mean = real(0.5) * (strain_i + strain_of(curvature_at(p, Q, x), f.geodesic[rod, j]))
         Q, x = advance_along(R, r, mean, ds)
-        chord = project(p, x) - r
-        store_frame(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+        foot = project(p, x)
+        chord = foot - r
+        distance = store_frame(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+        turn = wp.abs(wp.dot(first_column(Q), third_column(f.rotation[rod, j])))
+        h = f.spacing[rod]
+        on_surface = wp.length(foot - x) < LARGEST_SHIFT * h and distance < LARGEST_DISTANCE * h
+        return on_surface and turn < LARGEST_TURN and wp.length(mean) * h < HALF_TURN
+
+    @wp.func
+    def carried(
+        past: History,
+        p: Parameters,
+        rod: int,
+        R0: wp.mat33d,
+        r0: wp.vec3d,
+        at: Levels,
+        levels: int,
+        start: real,
+        end: real,
+        turn: real,
+    ):
+        """The frame of the tracked node carried from ``start`` to ``end`` by its rates and a turn about n.
+
+        Returns rotation, position before and after two Newton steps towards the surface: the error of the first step
+        is of second order in a step that may be long.
+        """
+        theta, mu = twist_over(past.angular_velocity, past.velocity, rod, at, levels, start, end)
+        D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
+        R, r = se3_compose(R0, r0, D, d)
+        return R, r, project(p, project(p, r))
 
     @wp.kernel(module="unique", enable_backward=False)
-    def place(f: Filaments, parameters: ParameterArray, node: int):
+    def place(f: Filaments, past: History, parameters: ParameterArray, node: int):
         """Project the position and rotation of one node onto the surface, by Newton steps."""
         rod = wp.tid()
         r = f.position[rod, node]
@@ -102,37 +166,43 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         store_frame(f, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def advance_tracked(f: Filaments, past: History, parameters: ParameterArray, clock: Scalars1D):
-        """Advance the frame of the tracked node by one step, and project it onto the surface.
-
-        Two Newton steps are needed, because the error of the first is of second order in a step that may be long.
-        """
+    def predict(f: Filaments, past: History, pace: Pace, plan: Plan, growth: Growth, parameters: ParameterArray):
+        """The formula of the step, and spacing and frame of the tracked node at its end; ``dim = rods``."""
         rod = wp.tid()
-        if f.status[rod] != OK:
+        if f.active[rod] == 0:
             return
-        node = f.tracked
-        dt = clock[STEP]
-        ratio = clock[RATIO]
-        omega = angular_velocity(f, rod, node)
-        u = node_velocity(f, rod, node)
-        omega_mean = extrapolate(omega, past.angular_velocity[rod], ratio)
-        u_mean = extrapolate(u, past.velocity[rod], ratio)
-        past.angular_velocity[rod] = omega
-        past.velocity[rod] = u
-        R, r = advance(f.rotation[rod, node], f.position[rod, node], omega_mean, u_mean, dt)
-        x = project(parameters[0], project(parameters[0], r))
-        if not (wp.length(x - r) < LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * dt * wp.length(u_mean)):
-            f.status[rod] = OFF_SURFACE
-            past.failed_at[rod] = clock[TIME]
-            return
-        store_frame(f, parameters[0], rod, node, R, x)
+        at = times_of(pace, rod)
+        t = at[0] + pace.step[rod]
+        formula = formula_of(at, pace.order[rod], t)
+        plan.end[rod] = t
+        plan.value[rod] = formula.value
+        plan.slope[rod] = formula.slope
+        plan.rate[rod] = formula.rate
+        plan.turn_slope[rod] = turn_at(past, formula.slope, rod)
+        set_length(f, growth, rod, t)
+        R = past.rotation[rod]
+        r = past.position[rod]
+        levels = levels_of_rates(pace, rod)
+        if levels > 0 and f.start_clamped + f.end_clamped == 0:
+            turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
+            R, _r, r = carried(past, parameters[0], rod, R, r, at, levels, at[0], t, turn)
+        elif f.membrane_moves == 1:
+            r = project(parameters[0], project(parameters[0], r))
+        store_frame(f, parameters[0], rod, f.tracked, R, r)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def rebuild(f: Filaments, parameters: ParameterArray, node: int):
-        """Frames from that of ``node`` towards both ends; one thread for each side of a rod."""
+    def rebuild(f: Filaments, plan: Plan, parameters: ParameterArray, node: int, low: wp.vec3d, high: wp.vec3d):
+        """Frames from that of ``node`` towards both ends; one thread for each side of a rod.
+
+        ``plan.unfit`` [rod, side]: KINK if a cell does not follow the surface, LEFT_DATA if a node is outside the box
+        from ``low`` to ``high``.
+        """
         rod, side = wp.tid()
-        if f.status[rod] != OK:
+        if f.active[rod] == 0:
             return
+        unfit = int(OK)
+        if not is_inside(f.position[rod, node], low, high):
+            unfit = int(LEFT_DATA)
         direction = 2 * side - 1
         count = node
         if side == 1:
@@ -140,8 +210,115 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         guess = f.curvature[rod, node]
         for k in range(count):
             i = node + direction * k
-            advance_cell(f, parameters[0], rod, i, i + direction, guess)
+            follows = advance_cell(f, parameters[0], rod, i, i + direction, guess)
+            if not follows and unfit == OK:
+                unfit = int(KINK)
+            if not is_inside(f.position[rod, i + direction], low, high) and unfit == OK:
+                unfit = int(LEFT_DATA)
             guess = real(2.0) * f.curvature[rod, i + direction] - f.curvature[rod, i]
+        plan.unfit[rod, side] = unfit
+
+    @wp.func
+    def accept_frame(f: Filaments, past: History, pace: Pace, p: Parameters, rod: int) -> int:
+        """Carry the tracked node over the step that was taken; OFF_SURFACE if it would be projected too far."""
+        if f.start_clamped + f.end_clamped > 0:
+            return OK
+        at = times_of(pace, rod)
+        R0 = past.rotation[rod]
+        r0 = past.position[rod]
+        turn = past.turn[rod, 0] - past.turn[rod, 1]
+        R, r, x = carried(past, p, rod, R0, r0, at, levels_of_rates(pace, rod), at[1], at[0], turn)
+        past.rotation_before[rod] = R0
+        past.position_before[rod] = r0
+        past.rotation[rod] = orthonormalise(R)
+        past.position[rod] = x
+        allowed = LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * wp.length(x - r0)
+        return wp.where(wp.length(x - r) < allowed, OK, OFF_SURFACE)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def correct(
+        f: Filaments,
+        past: History,
+        pace: Pace,
+        plan: Plan,
+        weights: Quadruples2D,
+        target: Scalars1D,
+        parameters: ParameterArray,
+    ):
+        """The state at the end of the step from the turn δα; ``dim = rods``.
+
+        ``target[1]`` is the error allowed in a step; 0: every step is taken that gives a valid state.
+        """
+        rod = wp.tid()
+        if f.active[rod] == 0:
+            return
+        at = times_of(pace, rod)
+        t = plan.end[rod]
+        find_new_geodesic(f, past, plan, weights, rod)
+        turn = turn_at(past, plan.value[rod], rod)
+        u = node_velocity(f, rod, f.tracked)
+        omega = angular_velocity(f, rod, f.tracked)
+        if f.start_clamped + f.end_clamped == 0:
+            node = f.tracked
+            increment = real(0.5) * (plan.turn[rod, node - 1] + plan.turn[rod, node])
+            turn += increment
+            du2 = velocity_increment(plan.turn, weights, rod, node)
+            K = f.curvature[rod, node]
+            u += wp.vec3d(real(0.0), du2, real(0.0))
+            spin = plan.rate[rod] * increment + plan.turn_slope[rod]
+            omega = wp.vec3d(omega[0] + K[2] * du2, omega[1] - K[1] * du2, spin)
+        status = status_of(f, plan, rod, u, omega, t - at[0])
+        errors = error_of_step(f, past, pace, plan, rod, u, turn, target[1])
+        own = target[1] > real(0.0)
+        if own and (status != OK or errors[0] > real(1.0)):
+            if t - at[0] < SHORTEST * (wp.abs(t) + target[2]):
+                f.status[rod] = wp.max(status, NOT_FINITE)
+                past.failed_at[rod] = at[0]
+            factor = step_factor(errors[0], pace.order[rod])
+            if status != OK:
+                factor = real(0.25)
+            reject(pace, rod, factor)
+            return
+        if status == OK:
+            order = pace.order[rod]
+            ready = pace.waited[rod] >= order
+            accept(f, past, pace, rod, t, turn, omega, u)
+            status = accept_frame(f, past, pace, parameters[0], rod)
+            if own and ready:
+                same = step_factor(errors[0], order)
+                choose_next(pace, rod, errors[1], same, errors[2])
+        if status != OK:
+            f.status[rod] = status
+            past.failed_at[rod] = at[0]
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def show(f: Filaments, past: History, pace: Pace, growth: Growth, target: Scalars1D, parameters: ParameterArray):
+        """Ω, spacing and tracked frame at the time ``target[0]`` within the last step, or at its end."""
+        rod = wp.tid()
+        at = times_of(pace, rod)
+        t = wp.min(target[0], at[0])
+        w = weights_at(at, wp.min(pace.order[rod] + 1, pace.levels[rod]), t)
+        for i in range(f.geodesic.shape[1]):
+            f.geodesic[rod, i] = geodesic_at(past, w, rod, i)
+        set_length(f, growth, rod, t)
+        R = past.rotation[rod]
+        r = past.position[rod]
+        if t < at[0] and f.start_clamped + f.end_clamped == 0:
+            turn = turn_at(past, w, rod) - past.turn[rod, 1]
+            before = past.rotation_before[rod]
+            R, _r, r = carried(
+                past,
+                parameters[0],
+                rod,
+                before,
+                past.position_before[rod],
+                at,
+                levels_of_rates(pace, rod),
+                at[1],
+                t,
+                turn,
+            )
+        store_frame(f, parameters[0], rod, f.tracked, R, r)
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):
@@ -163,7 +340,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
         largest[rod] = found
 
-    return SimpleNamespace(place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals)
+    return SimpleNamespace(
+        place=place, predict=predict, rebuild=rebuild, correct=correct, show=show, residuals=residuals
+    )
 
 
 @functools.cache
@@ -174,6 +353,8 @@ def motion_of(field: wp.Function, rate: wp.Function) -> wp.Kernel:
     def motion(f: Filaments, parameters: ParameterArray):
         """``parameters``: p, and dp/dt."""
         rod, i = wp.tid()
+        if f.active[rod] == 0:
+            return
         r = f.position[rod, i]
         _phi, g, H = field(r, parameters[0])
         phi_t, gradient_t = rate(r, parameters[0], parameters[1])

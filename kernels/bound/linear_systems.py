@@ -1,12 +1,11 @@
-"""Linear systems of surface-bound filaments, for λ and for the increment of Ω (docs/model.md §3.4, §3.5)."""
+"""The linear system for the tension λ of surface-bound filaments (docs/model.md §3.4)."""
 
 import warp as wp
 
 from warp_rods.kernels.bound.membrane_motion import shortening_rate
-from warp_rods.kernels.bound.rod import drag_across, drag_coupling, free_end_tension, is_clamped
+from warp_rods.kernels.bound.rod import drag_across, drag_coupling, free_end_tension
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.clock import RATIO, STEP
-from warp_rods.kernels.layout import Scalars1D, Scalars2D, real
+from warp_rods.kernels.layout import Scalars2D, real
 
 wp.set_module_options({"enable_backward": False})
 
@@ -56,19 +55,12 @@ def end_row(f: Filaments, rod: int) -> wp.vec4d:
     return wp.vec4d(-left, -regular * f.u1_right[rod, last - 1], real(0.0), f.u1_constant[rod, last - 1])
 
 
-@wp.func
-def bending_mobility(f: Filaments, rod: int, i: int) -> real:
-    """B3/(Z22 Δs⁴), the factor from the second difference of Ω to u2/Δs²; zero at a clamped end."""
-    if is_clamped(f, i):
-        return real(0.0)
-    h2 = f.spacing[rod] * f.spacing[rod]
-    return f.stiffness[rod][2] / (drag_across(f.curvature[rod, i], f.drag[rod]) * h2 * h2)
-
-
 @wp.kernel
 def set_tension_rows(f: Filaments, lower: Scalars2D, diagonal: Scalars2D, upper: Scalars2D, rhs: Scalars2D):
     """Rows for λ: u1' − Ω u2 = K11 V at inner nodes; at an end λ of (D.61), or u1 = 0 next to a clamped one."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     row = inner_row(f, rod, i)
     if i == 0:
         row = start_row(f, rod)
@@ -78,44 +70,3 @@ def set_tension_rows(f: Filaments, lower: Scalars2D, diagonal: Scalars2D, upper:
     diagonal[rod, i] = row[1]
     upper[rod, i] = row[2]
     rhs[rod, i] = row[3]
-
-
-@wp.kernel
-def set_bending_rows(
-    f: Filaments,
-    clock: Scalars1D,
-    lower2: Scalars2D,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    upper2: Scalars2D,
-):
-    """Rows of (1 + 2ρ)/(1 + ρ) − Δt J with J = −∂²(B3/Z22)∂².
-
-    At a free end the increment and its slope vanish: beyond it lies its mirror image. At a clamped end u2 vanishes and
-    is even.
-    """
-    rod, i = wp.tid()
-    last = f.geodesic.shape[1] - 1
-    dt = clock[STEP]
-    rho = clock[RATIO]
-    before = real(0.0)
-    here = real(0.0)
-    after = real(0.0)
-    if i > 0 and i < last:
-        before = dt * bending_mobility(f, rod, i - 1)
-        here = dt * bending_mobility(f, rod, i)
-        after = dt * bending_mobility(f, rod, i + 1)
-    elif i == 0:
-        after = real(2 * f.start_clamped) * dt * bending_mobility(f, rod, 1)
-    else:
-        before = real(2 * f.end_clamped) * dt * bending_mobility(f, rod, last - 1)
-    diagonal[rod, i] = (real(1.0) + real(2.0) * rho) / (real(1.0) + rho) + before + real(4.0) * here + after
-    lower[rod, i] = real(-2.0) * (before + here)
-    upper[rod, i] = real(-2.0) * (here + after)
-    lower2[rod, i] = before
-    upper2[rod, i] = after
-    if i == 1:
-        diagonal[rod, i] += before
-    if i == last - 1:
-        diagonal[rod, i] += after

@@ -190,6 +190,8 @@ def node_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
 def find_moments(f: Filaments):
     """m and K11 m1 + K12 m2 at nodes."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     K = f.curvature[rod, i]
     m = wp.cw_mul(f.stiffness[rod], strain_of(K, f.geodesic[rod, i]) - f.intrinsic[rod])
     f.moment[rod, i] = m
@@ -200,6 +202,8 @@ def find_moments(f: Filaments):
 def find_transverse_forces(f: Filaments):
     """Y2 at nodes."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     f.transverse_force[rod, i] = transverse_force(f, rod, i)
 
 
@@ -207,6 +211,8 @@ def find_transverse_forces(f: Filaments):
 def find_velocity_coefficients(f: Filaments):
     """Coefficients of u1 at half nodes, which is linear in λ at the two nodes beside it; M11 and M12 of (5.43)."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     if i == f.geodesic.shape[1] - 1:
         return
     K = half_average(f.curvature, rod, i)
@@ -224,6 +230,8 @@ def find_velocity_coefficients(f: Filaments):
 def find_velocities_along(f: Filaments):
     """u1 at half nodes."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     if i < f.geodesic.shape[1] - 1:
         f.velocity_along[rod, i] = (
             f.u1_left[rod, i] * f.tension[rod, i] + f.u1_right[rod, i] * f.tension[rod, i + 1] + f.u1_constant[rod, i]
@@ -234,6 +242,8 @@ def find_velocities_along(f: Filaments):
 def find_velocities_across(f: Filaments):
     """u2 at nodes."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     f.velocity_across[rod, i] = velocity_across_at(f, rod, i)
 
 
@@ -241,4 +251,6 @@ def find_velocities_across(f: Filaments):
 def find_geodesic_rates(f: Filaments):
     """∂Ω/∂t at nodes."""
     rod, i = wp.tid()
+    if f.active[rod] == 0:
+        return
     f.geodesic_rate[rod, i] = geodesic_rate_at(f, rod, i)

@@ -23,6 +23,7 @@ class Filaments:
     intrinsic: Vectors1D  # σ
     drag: Vectors1D  # ζ∥, ζ⊥, ζr
     status: Integers1D  # OK, or why the rod was frozen
+    active: Integers1D  # 1: the next kernels evaluate the rod
     start_clamped: int  # 1: the first node is clamped
     end_clamped: int  # 1: the last node is clamped
     tracked: int  # the node whose frame is advanced in time: a clamped end, otherwise the middle

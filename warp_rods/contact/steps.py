@@ -53,6 +53,8 @@ class Contact:
 
     def advance(self, dt: float, steps: int) -> Iterator[int]:
         """Take ``steps`` steps of ``dt``; yields from time to time the number of steps taken."""
+        for ensemble in self._ensembles.values():
+            ensemble.show()
         if not self._surroundings.neighbours:
             for done in range(1, steps + 1):
                 self._take_substeps(dt, 1)
@@ -80,16 +82,15 @@ class Contact:
 
     def _take_substeps(self, dt: float, count: int) -> None:
         ensembles = self._ensembles.values()
-        if not (self._surroundings.recordable and all(e.recordable for e in ensembles)):
-            for _ in range(count):
-                self._surroundings.apply()
-                for ensemble in ensembles:
-                    ensemble.advance(dt)
-            return
-        for ensemble in ensembles:
-            ensemble.set_step(dt)
-        for _ in range(count):
-            self._recorded_substep()()
+        recordable = self._surroundings.recordable and all(e.recordable for e in ensembles)
+        for length in next(iter(ensembles)).lengths_of_steps(dt, count):
+            for ensemble in ensembles:
+                ensemble.set_step(length)
+                ensemble.prepare_step(length)
+            if recordable:
+                self._recorded_substep()()
+            else:
+                self._launch()
             for ensemble in ensembles:
                 ensemble.finish_step()
 
@@ -101,6 +102,8 @@ class Contact:
         return self._graph
 
     def _launch(self) -> None:
+        for ensemble in self._ensembles.values():
+            ensemble.predict_step()
         self._surroundings.apply()
         for ensemble in self._ensembles.values():
             ensemble.take_step()

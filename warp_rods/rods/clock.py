@@ -24,6 +24,11 @@ class Clock:
         """Δt of the next steps."""
         return self._next
 
+    @property
+    def is_new(self) -> bool:
+        """Whether no step has been taken."""
+        return self._last == 0.0
+
     def set_step(self, dt: float) -> None:
         """Set the length of the next steps. Only the value set last counts."""
         if dt != self._next:

@@ -6,8 +6,9 @@ A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONT
 from __future__ import annotations
 
 import logging
+import itertools
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.per_rod import check_step, vectors
+from warp_rods.rods.per_rod import check_step, ramp, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
 from warp_rods.rods.step_limits import StepLimit
@@ -94,11 +95,18 @@ class Ensemble(Readings):
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
-        self.set_step(dt)
-        for _ in range(steps):
-            self.prepare_step(dt)
+        for length in self.lengths_of_steps(dt, steps):
+            self.set_step(length)
+            self.prepare_step(length)
+            self.predict_step()
             self.take_step()
             self.finish_step()
+
+    def lengths_of_steps(self, dt: float, steps: int) -> Iterable[float]:
+        """The lengths of these steps; the first step from the start is divided, see ``ramp``."""
+        if steps and self._clock.is_new:
+            return itertools.chain(ramp(dt), itertools.repeat(dt, steps - 1))
+        return itertools.repeat(dt, steps)
 
     def _warn_of(self, dt: float) -> None:
         if self._warned:
@@ -142,6 +150,12 @@ class Ensemble(Readings):
 
     def prepare_step(self, dt: float) -> None:
         """Work on the host before a step of ``dt``."""
+
+    def predict_step(self) -> None:
+        """Launch what puts ``position_array`` at the end of the step, as far as it can be foretold, for contact."""
+
+    def show(self) -> None:
+        """Put ``position_array`` at the present state, where steps leave it elsewhere."""
 
     @abstractmethod
     def take_step(self) -> None:

@@ -79,3 +79,17 @@ def check_step(dt: float, steps: int) -> None:
         raise SceneError(f"dt = {dt}: must be positive")
     if steps < 0:
         raise SceneError(f"steps = {steps}: must be 0 or more")
+
+
+DOUBLINGS = 10
+"""How often a step doubles at the start of equal steps."""
+
+
+def ramp(dt: float) -> list[float]:
+    """The first of equal steps, divided into steps that begin with dt/1024 twice and then double; their sum is dt.
+
+    A rod whose start contradicts its ends, or is rough, changes fast at first. One first step of first order would then
+    spoil the second order of all that follow.
+    """
+    shortest = dt / 2**DOUBLINGS
+    return [shortest, *(shortest * 2**k for k in range(DOUBLINGS))]

@@ -64,12 +64,26 @@ class RecordedInThreads:
         return len(self._recorded)
 
     def __call__(self) -> None:
-        first, *others = self._recorded
+        self._in_threads(self._recorded)
+
+    def while_true(self, conditions: Sequence[Callable[[], bool]]) -> None:
+        """Replay each sequence as long as its condition holds afterwards, at least once."""
+
+        def repeat(recorded: Recorded, condition: Callable[[], bool]) -> None:
+            recorded()
+            while condition():
+                recorded()
+
+        pairs = zip(self._recorded, conditions, strict=True)
+        self._in_threads([functools.partial(repeat, *pair) for pair in pairs])
+
+    def _in_threads(self, tasks: Sequence[Callable[[], None]]) -> None:
+        first, *others = tasks
         if not others:
             return first()
         for recorded in self._recorded:
             recorded.record()
-        pending = [_pool().submit(recorded) for recorded in others]
+        pending = [_pool().submit(task) for task in others]
         first()
         for replay in pending:
             replay.result()

@@ -216,6 +216,8 @@ class Simulation:
 
     def variables(self) -> dict[str, dict[str, np.ndarray]]:
         """The present frame as it is saved: ensemble → variable → values."""
+        for ensemble in self.ensembles.values():
+            ensemble.show()
         self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}

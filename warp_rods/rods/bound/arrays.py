@@ -9,11 +9,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels.bound.growth import Growth
+from warp_rods.kernels.bound.levels import History, Plan
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import Growth, History
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod
+from warp_rods.kernels.magnus import RATES
+from warp_rods.kernels.multistep import LEVELS, Levels, Pace
+from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_struct
 
+GEODESIC = ("now", "first", "second", "third", "fourth")
+"""Ω of the levels, newest first."""
 VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
     *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
@@ -29,11 +35,14 @@ class Arrays:
 
     f: Any  # Filaments
     past: Any  # History
+    pace: Any  # Pace: times of the levels, and the next step
+    plan: Any  # Plan: the present step
     growth: Any  # Growth
     bands: list[wp.array]  # lower2, lower, diagonal, upper, upper2; the tridiagonal system uses the first three
     rhs: wp.array
     work: wp.array
     work_pairs: wp.array
+    weights: wp.array  # from turns to velocities
     normal_shear: wp.array
     output: dict[str, wp.array]
 
@@ -60,11 +69,14 @@ def allocate(
     return Arrays(
         f=_filaments(parameters, nodes, clamped, tracked, membrane_moves, device),
         past=_history(*shape, device),
+        pace=allocate_pace(count, device),
+        plan=_plan(*shape, device),
         growth=growth,
         bands=[per_node(*shape, wp.float64, device) for _ in range(5)],
         rhs=per_node(*shape, wp.float64, device),
         work=per_node(*shape, wp.float64, device),
         work_pairs=per_node(*shape, wp.vec2d, device),
+        weights=per_node(*shape, wp.vec4d, device),
         normal_shear=per_node(*shape, wp.float64, device),
         output={
             **{name: per_rod(count, wp.float64, device) for name in PER_ROD},
@@ -98,6 +110,7 @@ def _filaments(
     f.tracked = tracked
     f.growth_rate = per_rod(count, wp.float64, device)
     f.status = per_rod(count, wp.int32, device)
+    f.active = wp.full(count, 1, dtype=wp.int32, device=device)
     f.rotation = per_node(*shape, wp.mat33d, device)
     for name in VECTORS:
         setattr(f, name, per_node(*shape, wp.vec3d, device))
@@ -111,11 +124,29 @@ def _filaments(
 
 def _history(rods: int, nodes: int, device: Any) -> Any:
     past = History()
-    for name in ("geodesic", "geodesic_rate", "increment"):
+    for name in GEODESIC:
         setattr(past, name, per_node(rods, nodes, wp.float64, device))
-    past.angular_velocity, past.velocity = per_rod(rods, wp.vec3d, device), per_rod(rods, wp.vec3d, device)
+    past.turn = wp.zeros((rods, LEVELS), dtype=wp.float64, device=device)
+    for name in ("rotation", "rotation_before"):
+        setattr(past, name, per_rod(rods, wp.mat33d, device))
+    for name in ("position", "position_before"):
+        setattr(past, name, per_rod(rods, wp.vec3d, device))
+    for name in ("angular_velocity", "velocity"):
+        setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
     return past
+
+
+def _plan(rods: int, nodes: int, device: Any) -> Any:
+    plan = Plan()
+    for name in ("end", "rate", "turn_slope"):
+        setattr(plan, name, per_rod(rods, wp.float64, device))
+    for name in ("value", "slope"):
+        setattr(plan, name, per_rod(rods, Levels, device))
+    for name in ("geodesic_slope", "turn"):
+        setattr(plan, name, per_node(rods, nodes, wp.float64, device))
+    plan.unfit = wp.zeros((rods, 2), dtype=wp.int32, device=device)
+    return plan
 
 
 def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
@@ -124,11 +155,14 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
     return Arrays(
         f=slice_struct(Filaments, a.f, rods),
         past=slice_struct(History, a.past, rods),
+        pace=slice_struct(Pace, a.pace, rods),
+        plan=slice_struct(Plan, a.plan, rods),
         growth=slice_struct(Growth, a.growth, rods),
         bands=[band[rods] for band in a.bands],
         rhs=a.rhs[rods],
         work=a.work[rods],
         work_pairs=a.work_pairs[rods],
+        weights=a.weights[rods],
         normal_shear=a.normal_shear[rods],
         output={name: array[rods] for name, array in a.output.items()},
     )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
-from warp_rods.kernels.bound import energy, frames, linear_systems, load, rod, step
+from warp_rods.kernels.bound import angles, energy, frames, levels, linear_systems, load, rod
+from warp_rods.kernels.layout import per_rod
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound.arrays import ENDS, Arrays, slice_arrays
 from warp_rods.rods.clock import Clock
@@ -26,14 +28,18 @@ class BoundLaunches:
         self._membrane = surface
         self._parameters = surface.device_parameters(self.device)
         self._parameters_time = 0.0
+        self._ends = tuple(wp.vec3d(*corner) for corner in getattr(surface, "ends", ((-np.inf,) * 3, (np.inf,) * 3)))
         self._surface = frames.on_surface(surface.field)
         self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self.version = object()
         parts = self._slices()
-        self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in parts], self.device)
-        # On a moving membrane the host updates the parameters of the membrane between the two halves of a step.
-        self._rates = RecordedInThreads([partial(self._launch_evaluate, a) for a in parts], self.device)
-        self._shapes = RecordedInThreads([partial(self._launch_shape, a) for a in parts], self.device)
+        self._target = per_rod(3, device=self.device)
+        self._predict = RecordedInThreads([partial(self._launch_predict, a) for a in parts], self.device)
+        self._correct = RecordedInThreads([partial(self._launch_correct, a) for a in parts], self.device)
+        self._behind = [per_rod(1, wp.int32, self.device) for _ in parts]
+        own = [partial(self._launch_own_step, *pair) for pair in zip(parts, self._behind, strict=True)]
+        self._own_step = RecordedInThreads(own, self.device)
+        self._show = Recorded(self._launch_show, self.device)
         self._tick = Recorded(clock.launch_tick, self.device)
         self.evaluate = Recorded(partial(self._launch_evaluate, arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
@@ -46,16 +52,17 @@ class BoundLaunches:
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
-        return self._advance.threads
+        return self._correct.threads
 
     def _launch(self, kernel, dim, *inputs) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
 
     def place(self, node: int) -> None:
         """Project the frame of one node onto the surface, and compute the other frames from it outwards."""
-        f = self.arrays.f
-        self._launch(self._surface.place, self.rods, f, self._parameters, node)
-        self._launch(self._surface.rebuild, (self.rods, 2), f, self._parameters, node)
+        a = self.arrays
+        self._launch(levels.activate, self.rods, a.f)
+        self._launch(self._surface.place, self.rods, a.f, a.past, self._parameters, node)
+        self._launch(self._surface.rebuild, (self.rods, 2), a.f, a.plan, self._parameters, node, *self._ends)
 
     def set_membrane_time(self, time: float) -> None:
         """Set the parameters of a moving membrane to those at this time; nothing to do for a membrane at rest."""
@@ -64,19 +71,26 @@ class BoundLaunches:
                 wp.copy(self._parameters, self._membrane.device_parameters(self.device, time))
             self._parameters_time = time
 
-    def advance(self, end: float) -> None:
-        """One step of every rod that is not frozen, to the time ``end``."""
-        if self._membrane.moving:
-            self._rates()
-            self.set_membrane_time(end)
-            self._shapes()
-        else:
-            self._advance()
+    def predict(self, end: float) -> None:
+        """Put every rod that is not frozen at the extrapolated state of a step to the time ``end``."""
+        self.set_membrane_time(end)
+        self._predict()
+
+    def correct(self) -> None:
+        """Finish the step, under the forces at the extrapolated state."""
+        self._correct()
         self._tick()
 
-    def _launch_advance(self, a: Arrays) -> None:
-        self._launch_evaluate(a)
-        self._launch_shape(a)
+    def advance_past(self, time: float, tolerance: float, unit: float) -> None:
+        """Steps of every rod that is not frozen until it reaches ``time``; ``show`` then finds its state."""
+        self._target.assign([time, tolerance, unit])
+        self._own_step.while_true([partial(_is_set, behind) for behind in self._behind])
+
+    def show(self, time: float) -> None:
+        """Find the state at this time within the last step of each rod; infinity: at its end."""
+        self.set_membrane_time(self.clock.time)
+        self._target.assign([time, 0.0, 0.0])
+        self._show()
 
     def _launch_evaluate(self, a: Arrays) -> None:
         f, count, grid = a.f, a.f.geodesic.shape[0], a.f.geodesic.shape
@@ -92,18 +106,43 @@ class BoundLaunches:
         self._launch(rod.find_velocities_across, grid, f)
         self._launch(rod.find_geodesic_rates, grid, f)
 
-    def _launch_shape(self, a: Arrays) -> None:
-        f, past, clock = a.f, a.past, self.clock.array
+    def _launch_predict(self, a: Arrays) -> None:
+        self._launch(levels.choose_equal_steps, a.f.geodesic.shape[0], a.f, a.pace, self.clock.array)
+        self._launch_extrapolate(a)
+
+    def _launch_extrapolate(self, a: Arrays) -> None:
         count, grid = a.f.geodesic.shape[0], a.f.geodesic.shape
-        self._launch(linear_systems.set_bending_rows, grid, f, clock, *a.bands)
-        self._launch(step.set_increment_rhs, grid, f, past, clock)
-        self._launch(solve_pentadiagonal, count, *a.bands, past.increment, a.work_pairs, past.increment)
-        self._launch(step.freeze_failing, count, f, past, clock)
-        if not (f.start_clamped or f.end_clamped):
-            self._launch(self._surface.advance_tracked, count, f, past, self._parameters, clock)
-        self._launch(step.advance_geodesic, grid, f, past, clock)
-        self._launch(step.grow, count, f, a.growth, clock)
-        self._launch(self._surface.rebuild, (count, 2), f, self._parameters, f.tracked)
+        self._launch(self._surface.predict, count, a.f, a.past, a.pace, a.plan, a.growth, self._parameters)
+        self._launch(levels.extrapolate, grid, a.f, a.past, a.plan)
+        self._launch_rebuild(a)
+
+    def _launch_own_step(self, a: Arrays, behind: wp.array) -> None:
+        count = a.f.geodesic.shape[0]
+        self._launch(levels.reset, 1, behind)
+        self._launch(levels.choose_own_steps, count, a.f, a.pace, self._target, behind)
+        self._launch_extrapolate(a)
+        self._launch_correct(a)
+
+    def _launch_rebuild(self, a: Arrays) -> None:
+        count = a.f.geodesic.shape[0]
+        self._launch(self._surface.rebuild, (count, 2), a.f, a.plan, self._parameters, a.f.tracked, *self._ends)
+
+    def _launch_correct(self, a: Arrays) -> None:
+        self._launch_evaluate(a)
+        f, plan, count, grid = a.f, a.plan, a.f.geodesic.shape[0], a.f.geodesic.shape
+        self._launch(angles.find_turn_to_velocity, grid, f, a.weights)
+        self._launch(angles.set_angle_rows, grid, f, plan.rate, a.weights, *a.bands)
+        slopes = (plan.geodesic_slope, plan.turn_slope)
+        self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.turn)
+        self._launch(solve_pentadiagonal, count, *a.bands, plan.turn, a.work_pairs, plan.turn)
+        state = (f, a.past, a.pace, plan, a.weights, self._target, self._parameters)
+        self._launch(self._surface.correct, count, *state)
+
+    def _launch_show(self) -> None:
+        a = self.arrays
+        self._launch(levels.activate, self.rods, a.f)
+        self._launch(self._surface.show, self.rods, a.f, a.past, a.pace, a.growth, self._target, self._parameters)
+        self._launch_rebuild(a)
 
     def _launch_output(self) -> None:
         a, f, output, grid = self.arrays, self.arrays.f, self.arrays.output, (self.rods, self.nodes)
@@ -119,3 +158,7 @@ class BoundLaunches:
             self._launch(load.find_membrane_power, self.rods, f, a.normal_shear, output["membrane_power"])
         self._launch(load.find_midpoint_gauss, self.rods, f, self.middle, output["gauss"])
         self._launch(self._surface.residuals, self.rods, f, self._parameters, output["residuals"])
+
+
+def _is_set(flag: wp.array) -> bool:
+    return bool(flag.numpy()[0])

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.bound.arrays import Arrays
 from warp_rods.rods.bound.launches import BoundLaunches
@@ -28,10 +29,16 @@ class BoundReadings(Readings):
     _clock: Clock
     _launches: BoundLaunches
     _saved_nodes: int
+    _shown: float
+
+    def show(self) -> None:
+        """Compute frames and strains of the present state."""
+        with exclusive:
+            self._launches.show(self._shown)
 
     def evaluate(self) -> None:
         """Compute tension, velocities and rates for the present shape, force and membrane."""
-        self._launches.set_membrane_time(self._clock.time)
+        self.show()
         self._launches.evaluate()
 
     @property
@@ -49,10 +56,10 @@ class BoundReadings(Readings):
         state = {"position": f.position, "rotation": f.rotation, "curvature": f.curvature, "status": f.status}
         computed = {name: output[name] for name in COMPUTED}
         computed |= {"tension": f.tension, "geodesic_rate": f.geodesic_rate}
-        found = {name: Reading(_no_update, partial(to_host, array)) for name, array in state.items()}
+        found = {name: Reading(self.show, partial(to_host, array)) for name, array in state.items()}
         found |= {name: Reading(self._find_output, partial(to_host, array)) for name, array in computed.items()}
-        found["strain"] = Reading(_no_update, self._strain)
-        found["length"] = Reading(_no_update, lambda: to_host(f.spacing) * (self.nodes - 1))
+        found["strain"] = Reading(self.show, self._strain)
+        found["length"] = Reading(self.show, lambda: to_host(f.spacing) * (self.nodes - 1))
         found["power"] = Reading(self._find_output, self._power)
         for column, name in enumerate(("constraint", "orthogonality", "arc_length")):
             found[name] = Reading(self._find_output, partial(self._residual, column))
@@ -97,7 +104,3 @@ class BoundReadings(Readings):
     def curvature(self) -> np.ndarray:
         """K11, K12, K22 [rod, node, 3] of the surface in the pair (q, n×q)."""
         return self.reading("curvature")
-
-
-def _no_update() -> None:
-    """Arrays of the state are always up to date."""

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, interp1d
 
 from warp_rods.errors import SceneError
+from warp_rods.rods.bound.arrays import GEODESIC
 
 MOST_NODES = 100_000
 
@@ -15,17 +16,14 @@ MOST_NODES = 100_000
 def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> dict[str, np.ndarray]:
     """The state with a node inserted between any two adjacent nodes, Ω by cubic splines, the force linearly.
 
-    Frames must then be computed from that of the tracked node. Raises SceneError if there would be too many nodes.
+    Frames follow from that of the tracked node. Raises SceneError if there would be too many nodes.
     """
-    nodes = state["geodesic"].shape[1]
+    nodes = state["now"].shape[1]
     if 2 * nodes > MOST_NODES:
         raise SceneError(f"growth.spacing = {largest_spacing:g}: needs more than {MOST_NODES} nodes a rod")
     fine = dict(state)
     s_coarse, s_fine = np.linspace(0.0, 1.0, nodes), np.linspace(0.0, 1.0, 2 * nodes - 1)
-    for name in ("geodesic", "past_geodesic", "past_geodesic_rate"):
+    for name in GEODESIC:
         fine[name] = CubicSpline(s_coarse, state[name], axis=1)(s_fine)
-    for name in ("position", "rotation", "curvature"):
-        fine[name] = np.repeat(state[name], 2, axis=1)[:, :-1]
     fine["force"] = interp1d(s_coarse, state["force"], axis=1)(s_fine)
-    fine["spacing"] = state["spacing"] / 2
     return fine

@@ -10,20 +10,27 @@ import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive
+from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound import growth as growth_tables
-from warp_rods.rods.bound.arrays import allocate, tracked_node
+from warp_rods.rods.bound.arrays import GEODESIC, allocate, tracked_node
 from warp_rods.rods.bound.checks import check, geodesic_curvatures, parameters_of, rows_of_three
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Parameter
+from warp_rods.rods.pace import PACE
 from warp_rods.rods.step_limits import StepLimit, membrane_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
-STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate", "force")
-HISTORY = ("geodesic", "geodesic_rate", "angular_velocity", "velocity", "failed_at")
+HISTORY = (
+    *(*GEODESIC, "turn", "rotation", "position", "rotation_before", "position_before"),
+    *("angular_velocity", "velocity", "failed_at"),
+)
+FIRST_STEP = 1e-9
+"""The first step that a rod tries, in units of its slowest bending time in the surface, ζ⊥ L⁴/B3."""
+HIGHEST_ORDER = 3
 
 
 class BoundRods(BoundReadings, Ensemble):
@@ -74,6 +81,7 @@ class BoundRods(BoundReadings, Ensemble):
         self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
         self.growth = growth_tables.knots(growth, self.length)
         self._saved_nodes = nodes
+        self._shown = np.inf
         geodesic = geodesic_curvatures(geodesic_curvature, self.count, nodes)
         with exclusive:
             self._allocate()
@@ -107,9 +115,14 @@ class BoundRods(BoundReadings, Ensemble):
         f.geodesic.assign(geodesic)
         f.position.assign(r)
         f.rotation.assign(R)
-        self._past.geodesic.assign(geodesic)
+        self._past.now.assign(geodesic)
         f.growth_rate.assign(growth_tables.rate_at(self.growth, 0.0))
         self._launches.place(node)
+        for name in ("rotation", "position"):
+            getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
+        pace = self._arrays.pace
+        pace.step.assign(FIRST_STEP * self.drag[:, 1] * self.length**4 / self.stiffness[:, 2])
+        pace.highest_order.fill_(HIGHEST_ORDER)
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
@@ -120,11 +133,44 @@ class BoundRods(BoundReadings, Ensemble):
                 growth_tables.length_at(self.growth, self.time + dt) / (self.nodes - 1) > self.largest_spacing
             ).any():
                 self.refine()
-        self._launches.set_membrane_time(self.time)
+        self._shown = np.inf
+
+    def predict_step(self) -> None:
+        """Launch what puts the rods at the extrapolated state at the end of the step."""
+        self._launches.predict(self.time + self._clock.step)
 
     def take_step(self) -> None:
-        """Launch one step of the length given to ``set_step``."""
-        self._launches.advance(self.time + self._clock.step)
+        """Launch the rest of a step of the length given to ``set_step``."""
+        self._launches.correct()
+
+    @property
+    def has_own_steps(self) -> bool:
+        """True for rods on a membrane at rest that are never refined."""
+        return self.largest_spacing == np.inf and not self.surface.moving
+
+    def advance_to(self, time: float, tolerance: float) -> None:
+        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+
+        tolerance: allowed error of a step: root mean square of that of L Ω over 1 + L Ω, angle, and position over L.
+        """
+        if not self.has_own_steps:
+            raise SceneError("advance_to: rods on a moving membrane, or refined, take equal steps; use step")
+        with exclusive:
+            self._launches.advance_past(time, tolerance, 0.0)
+            self._clock.time = time
+            self._shown = time
+
+    @property
+    def steps_taken(self) -> np.ndarray:
+        """Steps that each rod has taken [rod]."""
+        with exclusive:
+            return to_host(self._arrays.pace.taken)
+
+    @property
+    def steps_rejected(self) -> np.ndarray:
+        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
+        with exclusive:
+            return to_host(self._arrays.pace.rejected)
 
     @functools.cached_property
     def step_limit(self) -> StepLimit:  # type: ignore[override]
@@ -150,9 +196,6 @@ class BoundRods(BoundReadings, Ensemble):
         """Insert a node between any two adjacent nodes; the order of the next steps does not suffer."""
         state = refined_state(self.state(), self.largest_spacing)
         self.restore(state)
-        with exclusive:
-            self._launches.set_membrane_time(self.time)
-            self._launches.place(self._f.tracked)
 
     # --- contact -----------------------------------------------------------------------------------------
 
@@ -190,12 +233,18 @@ class BoundRods(BoundReadings, Ensemble):
 
     def arrays_of_state(self) -> dict[str, wp.array]:
         """Every device array that the next step depends on."""
-        arrays = {name: getattr(self._f, name) for name in STATE}
-        return arrays | {f"past_{name}": getattr(self._past, name) for name in HISTORY}
+        arrays = {name: getattr(self._past, name) for name in HISTORY}
+        arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
+        return arrays | {"status": self._f.status, "force": self._f.force}
 
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate arrays for the number of nodes in the state, which refinement may have changed."""
-        nodes = state["geodesic"].shape[1]
+        nodes = state["now"].shape[1]
         if nodes != self.nodes:
             self.nodes = nodes
             self._allocate()
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Return to a ``state`` of an ensemble with the same parameters."""
+        super().restore(state)
+        self.show()

@@ -13,7 +13,8 @@ from warp_rods.kernels.free.output import Output
 from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Past, Shape, Swimmers
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
-from warp_rods.kernels.multistep import LEVELS, Pace
+from warp_rods.kernels.multistep import Pace
+from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_array, slice_struct
 
 PARAMETERS = {
@@ -95,7 +96,7 @@ def allocate(
         now=_shape(per_node, *shape, device),
         past=_past(*shape, device),
         midpoint=_midpoint(count, device),
-        pace=_pace(count, device),
+        pace=allocate_pace(count, device),
         shown=_shape(per_node, *shape, device),
         shown_midpoint=_midpoint(count, device),
         failed_at=per_rod(count, device=device),
@@ -181,16 +182,6 @@ def _past(rods: int, nodes: int, device: Any) -> Any:
     for name in PAST:
         setattr(past, name, _shape(per_node, rods, nodes, device))
     return past
-
-
-def _pace(rods: int, device: Any) -> Any:
-    pace = Pace()
-    pace.at = wp.zeros((rods, LEVELS), dtype=wp.float64, device=device)
-    pace.step = per_rod(rods, device=device)
-    pace.levels, pace.order = (wp.full(rods, 1, dtype=wp.int32, device=device) for _ in range(2))
-    for name in ("waited", "highest_order", "taken", "rejected"):
-        setattr(pace, name, per_rod(rods, wp.int32, device))
-    return pace
 
 
 def _midpoint(rods: int, device: Any) -> Any:

@@ -19,12 +19,12 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
+from warp_rods.rods.pace import PACE
 from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
-PACE = ("at", "levels", "order", "step", "waited", "taken", "rejected")
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which orders 3 and 4 are unstable."""
 FIRST_STEP = 1e-6

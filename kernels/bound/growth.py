@@ -1,0 +1,34 @@
+"""Growth of surface-bound filaments: length against time from a table (docs/model.md §3.8)."""
+
+import warp as wp
+
+from warp_rods.kernels.bound.state import Filaments
+from warp_rods.kernels.layout import Scalars2D, real
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class Growth:
+    """Length of each rod against time, linear between the knots and constant outside them [rod, knot]."""
+
+    time: Scalars2D
+    length: Scalars2D
+
+
+@wp.func
+def set_length(f: Filaments, growth: Growth, rod: int, t: real):
+    """Spacing and dL/dt at time t."""
+    length = growth.length[rod, 0]
+    rate = real(0.0)
+    for k in range(growth.time.shape[1] - 1):
+        start = growth.time[rod, k]
+        if t >= start:
+            rate = (growth.length[rod, k + 1] - growth.length[rod, k]) / (growth.time[rod, k + 1] - start)
+            length = growth.length[rod, k] + rate * (t - start)
+    last = growth.time.shape[1] - 1
+    if t >= growth.time[rod, last]:
+        length = growth.length[rod, last]
+        rate = real(0.0)
+    f.spacing[rod] = length / real(f.geodesic.shape[1] - 1)
+    f.growth_rate[rod] = rate

@@ -5,8 +5,8 @@ A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONT
 
 from __future__ import annotations
 
-import logging
 import itertools
+import logging
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType

@@ -16,7 +16,7 @@ from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import accept, error_of_step, find_new_geodesic, status_of
 from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Vectors1D, real
-from warp_rods.kernels.lie import advance_along, orthonormalise, se3_compose, se3_exp
+from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp
 from warp_rods.kernels.magnus import RATES, twist_over
 from warp_rods.kernels.multistep import (
     Levels,
@@ -230,7 +230,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         R, r, x = carried(past, p, rod, R0, r0, at, levels_of_rates(pace, rod), at[1], at[0], turn)
         past.rotation_before[rod] = R0
         past.position_before[rod] = r0
-        past.rotation[rod] = orthonormalise(R)
+        _phi, g, _H = field(x, p)
+        n = normal(g)
+        past.rotation[rod] = frame(to_tangent(first_column(R), n), n)
         past.position[rod] = x
         allowed = LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * wp.length(x - r0)
         return wp.where(wp.length(x - r) < allowed, OK, OFF_SURFACE)

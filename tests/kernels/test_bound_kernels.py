@@ -18,9 +18,9 @@ from examples.bound import (
 )
 from numpy.polynomial import Chebyshev
 from reference import bound as twin
-from reference.bound_step import rebuild, step
+from reference.bound_step import angle_operators, rebuild, start, state_of, step
 
-from warp_rods.kernels.bound.linear_systems import set_bending_rows
+from warp_rods.kernels.bound.angles import find_turn_to_velocity, set_angle_rows
 
 NODES = 33
 KINDS = ("torus", "cassini")
@@ -86,17 +86,20 @@ def test_load_agrees_with_twin(evaluated):
         close(ours[b], twin.membrane_load(rod, state, motion, force[b]), SOLVED)
 
 
-@pytest.mark.parametrize("ratio", [0.0, 1.0, 0.6])
-def test_implicit_matrix_agrees_with_twin(evaluated, device, ratio):
+def test_implicit_matrix_agrees_with_twin(evaluated, device):
+    """a − J of the angle at half nodes, for a = 1500."""
     rods, twins = evaluated
-    dt = 2e-3
-    clock = wp.array([dt, ratio, 0.0], dtype=wp.float64, device=device)
-    wp.launch(set_bending_rows, (rods.count, NODES), inputs=[rods._f, clock, *rods._arrays.bands], device=device)
-    bands = [band.numpy() for band in rods._arrays.bands]
+    a, arrays = 1500.0, rods._arrays
+    rate = wp.full(rods.count, a, dtype=wp.float64, device=device)
+    grid = (rods.count, NODES)
+    wp.launch(find_turn_to_velocity, grid, inputs=[rods._f, arrays.weights], device=device)
+    wp.launch(set_angle_rows, grid, inputs=[rods._f, rate, arrays.weights, *arrays.bands], device=device)
+    bands = [band.numpy() for band in arrays.bands]
     for b, (rod, _state, motion) in enumerate(twins):
-        matrix = twin.implicit_matrix(rod, motion.curvature, dt, ratio).toarray()
+        _to_nodes, to_velocity = angle_operators(rod, motion.curvature)
+        matrix = a * np.eye(NODES - 1) - np.diff(to_velocity, axis=0) / rod.spacing
         for offset, band in zip(range(-2, 3), bands, strict=True):
-            rows = np.arange(max(0, -offset), NODES - max(0, offset))
+            rows = np.arange(max(0, -offset), NODES - 1 - max(0, offset))
             close(band[b, rows], matrix[rows, rows + offset], ROUND_OFF)
             matrix[rows, rows + offset] = 0.0
         assert not matrix.any()
@@ -110,19 +113,19 @@ def close_states(ours, theirs):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_steps_agree_with_twin(kind, device):
-    """An Euler step, then two-step formulas with equal and with changing steps."""
+    """The divided first step, then steps of equal and of changing lengths."""
     rods = random_filaments(kind, NODES, device)
     cases = [twin_rod(kind, b, NODES) for b in range(rods.count)]
-    states = [twin_state(rods, b) for b in range(rods.count)]
-    past, force, before = [None] * rods.count, rods.force.copy(), None
+    pasts = [start(rod, twin_state(rods, b)) for b, rod in enumerate(cases)]
+    force = rods.force.copy()
     for dt in (1e-3, 1e-3, 1.7e-3, 6e-4, 6e-4):
+        lengths = list(rods.lengths_of_steps(dt, 1))
         rods.step(dt)
+        rods.show()
         for b, rod in enumerate(cases):
-            now = states[b], twin.evaluate(rod, states[b], force[b])
-            states[b] = step(rod, *now, *(past[b] or now), dt, dt / before if before else 0.0)
-            past[b] = now
-            close_states(twin_state(rods, b), states[b])
-        before = dt
+            for length in lengths:
+                pasts[b] = step(rod, pasts[b], pasts[b].times[0] + length, force[b])
+            close_states(twin_state(rods, b), state_of(rod, pasts[b]))
 
 
 @pytest.fixture(scope="module")

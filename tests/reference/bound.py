@@ -6,7 +6,7 @@ One rod at a time, arrays [node] or [node, 3]; u1 in ``along`` is at half nodes.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import bmat, csr_array, diags_array, eye_array, vstack
+from scipy.sparse import bmat, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from reference.symbolic_surface import SymbolicSurface
@@ -181,19 +181,6 @@ def evaluate(rod, state, force):
     swing = (geodesic**2 + gaussian(K)) * u2 + slope(geodesic, h) * u1
     rate[inner] = np.diff(u2, 2) / h**2 + swing[inner]
     return Motion(K, m, Y2, tension, along, np.stack([u1, u2, np.zeros_like(u1)], -1), spin, rate)
-
-
-def implicit_matrix(rod, K, dt, ratio):
-    """c − Δt L with L = −∂²(B3/Z22)∂², for increments that are zero with their slope at the ends."""
-    nodes = len(K)
-    second = diags_array([1.0, -2.0, 1.0], offsets=[-1, 0, 1], shape=(nodes, nodes)).tolil()
-    second[0, 1] = second[-1, -2] = 2.0
-    second = csr_array(second) / rod.spacing**2
-    stiff = diags_array(rod.stiffness[2] / resistance(K, rod.drag)[2])
-    operator = (-second @ stiff @ second).tocsr()[1:-1]
-    still = csr_array((1, nodes))
-    c = (1 + 2 * ratio) / (1 + ratio)
-    return (c * eye_array(nodes) - dt * vstack([still, operator, still])).tocsc()
 
 
 def total(density, h):

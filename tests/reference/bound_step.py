@@ -1,9 +1,11 @@
 """The time step of a surface-bound filament and the reconstruction of its frames in NumPy (docs/model.md §3; D.5)."""
 
-import numpy as np
-from scipy.sparse.linalg import spsolve
+from dataclasses import dataclass, field
 
-from reference.bound import State, implicit_matrix, strain
+import numpy as np
+
+from reference.bound import State, evaluate, middle, resistance, strain
+from reference.free import lagrange
 from reference.lie import hat
 
 SWEEPS = 2
@@ -49,15 +51,97 @@ def rebuild(rod, geodesic, node, R, r, sweeps=SWEEPS):
     return state
 
 
-def step(rod, state, motion, old_state, old_motion, dt, ratio):
-    """One step of SBDF2 in increments and of AB2–Magnus; ratio: Δt over the previous one, 0 for Euler."""
+@dataclass
+class Past:
+    """Levels of a filament, newest first: times, Ω [node], angle ψ of the tracked node; its frame, and its rates."""
+
+    times: list
+    geodesic: list
+    turn: list
+    rotation: np.ndarray
+    position: np.ndarray
+    spin: list = field(default_factory=list)
+    velocity: list = field(default_factory=list)
+
+
+def start(rod, state):
+    """A filament that has not taken a step."""
     m = len(state.geodesic) // 2
-    change = state.geodesic - old_state.geodesic
-    right = dt * ((1 + ratio) * motion.rate - ratio * old_motion.rate) - ratio * change
-    increment = spsolve(implicit_matrix(rod, motion.curvature, dt, ratio), right)
-    omega = motion.spin[m] + ratio / 2 * (motion.spin[m] - old_motion.spin[m])
-    u = motion.velocity[m] + ratio / 2 * (motion.velocity[m] - old_motion.velocity[m])
-    R, r = exp_step(state.rotation[m], state.position[m], dt * omega, dt * u)
+    return Past([0.0], [state.geodesic], [0.0], state.rotation[m], state.position[m])
+
+
+def carried(rod, past, times, spins, velocities, begin, end, turn):
+    """The tracked frame after a Magnus step with the rates of these times; its angle about n is ``turn``."""
+    h = end - begin
+    nodes = [(begin + end) / 2 + side * h * np.sqrt(3) / 6 for side in (-1, 1)]
+    weights = [lagrange(times, x)[0] for x in nodes]
+    (w1, u1), (w2, u2) = ([np.tensordot(w, x, 1) for x in (spins, velocities)] for w in weights)
+    theta = h / 2 * (w1 + w2) + np.sqrt(3) / 12 * h**2 * np.cross(w1, w2)
+    mu = h / 2 * (u1 + u2) + np.sqrt(3) / 12 * h**2 * (np.cross(w1, u2) - np.cross(w2, u1))
+    R, r = exp_step(past.rotation, past.position, np.array([theta[0], theta[1], turn]), mu)
     r = rod.surface.newton(rod.surface.newton(r))
-    geodesic = state.geodesic + ratio * change + increment
-    return rebuild(rod, geodesic, m, rod.surface.frame(r, R[:, 0]), r)
+    return rod.surface.frame(r, R[:, 0]), r
+
+
+def angle_operators(rod, K):
+    """Matrices from δα at half nodes to δΩ and to δu2 at nodes: Z22 δu2 = −B3 δΩ'' + (e″ δα)'; both ends free."""
+    nodes, h = len(K), rod.spacing
+    to_nodes = np.zeros((nodes, nodes - 1))
+    to_nodes[1:-1] = np.diff(np.eye(nodes - 1), axis=0) / h
+    second = np.zeros((nodes, nodes))
+    second[1:-1] = np.diff(np.eye(nodes), 2, axis=0)
+    second[0, 1] = second[-1, -2] = 2
+    half = middle(K)
+    stiffness = rod.stiffness[0] * (half[:, 2] - half[:, 0]) ** 2 + 4 * rod.stiffness[1] * half[:, 1] ** 2
+    torque = to_nodes.copy()
+    torque[0, :2], torque[-1, -2:] = [1 / h, 1 / h], [-1 / h, -1 / h]
+    velocity = -rod.stiffness[2] * second @ to_nodes / h**2 + torque * stiffness
+    return to_nodes, velocity / resistance(K, rod.drag)[2][:, None]
+
+
+def step(rod, past, t, force, order=2):
+    """One step to t; as many levels as the order, or as there are."""
+    m, h, levels = len(past.geodesic[0]) // 2, rod.spacing, min(order, len(past.times))
+    times = past.times[:levels]
+    values, _ = lagrange(times, t)
+    _, slopes = lagrange([t, *times], t)
+    a = slopes[0]
+    # dx/dt = a (x − x*) + Σ d x, as the polynomial through x* and the levels has the slope Σ d x
+    d = np.array(slopes[1:]) + a * np.array(values)
+    star = np.tensordot(values, past.geodesic[:levels], 1)
+    turn = np.dot(values, past.turn[:levels])
+    R, r = past.rotation, past.position
+    known = min(len(past.spin), max(levels, 2))
+    if known:
+        rates = (past.times[:known], past.spin[:known], past.velocity[:known])
+        R, r = carried(rod, past, *rates, times[0], t, turn - past.turn[0])
+    motion = evaluate(rod, rebuild(rod, star, m, R, r), force)
+
+    to_nodes, to_velocity = angle_operators(rod, motion.curvature)
+    source = h * (motion.rate - np.tensordot(d, past.geodesic[:levels], 1))
+    g = np.zeros(len(star) - 1)
+    g[m] = motion.spin[m, 2] - np.dot(d, past.turn[:levels]) + source[m] / 2
+    g[m + 1 :] = g[m] + np.cumsum(source[m + 1 : -1])
+    g[:m] = g[m] - np.cumsum(source[m:0:-1])[::-1]
+    implicit = a * np.eye(len(g)) - np.diff(to_velocity, axis=0) / h
+    alpha = np.linalg.solve(implicit, g)
+
+    geodesic = star + to_nodes @ alpha
+    increment = (alpha[m - 1] + alpha[m]) / 2
+    du2, K = to_velocity[m] @ alpha, motion.curvature[m]
+    velocity = motion.velocity[m] + np.array([0, du2, 0])
+    spin = motion.spin[m] + np.array([K[2] * du2, -K[1] * du2, 0])
+    spin[2] = a * increment + np.dot(d, past.turn[:levels])
+    new = Past(
+        [t, *past.times], [geodesic, *past.geodesic], [turn + increment, *past.turn], past.rotation, past.position,
+        [spin, *past.spin], [velocity, *past.velocity],
+    )  # fmt: skip
+    known = min(len(new.spin), max(levels, 2))
+    rates = (new.times[:known], new.spin[:known], new.velocity[:known])
+    new.rotation, new.position = carried(rod, past, *rates, times[0], t, new.turn[0] - new.turn[1])
+    return new
+
+
+def state_of(rod, past):
+    """The state of the newest level."""
+    return rebuild(rod, past.geodesic[0], len(past.geodesic[0]) // 2, past.rotation, past.position)

@@ -57,14 +57,15 @@ def test_rates_agree_with_twin(device):
 
 
 def test_steps_agree_with_twin(device):
-    """Twenty steps of three lengths; the first is of first order."""
+    """Twenty steps of three lengths; the first is divided, and begins with first order."""
     rods, p = random_ensemble(device)
     shapes, times = [shape_of(rods.rates())], [0.0]
     for dt, steps in ((STEP, 8), (2 * STEP, 6), (STEP, 6)):
+        lengths = list(rods.lengths_of_steps(dt, steps))
         rods.step(dt, steps)
-        for _ in range(steps):
-            shapes.insert(0, twin.step(shapes[:2], times[:2], times[0] + dt, p, H))
-            times.insert(0, times[0] + dt)
+        for length in lengths:
+            shapes.insert(0, twin.step(shapes[:2], times[:2], times[0] + length, p, H))
+            times.insert(0, times[0] + length)
     found = rods.rates()
     for name in ("bending", "twist", "activity"):
         np.testing.assert_allclose(found[name], getattr(shapes[0], name), rtol=0, atol=1e-10, err_msg=name)

@@ -3,7 +3,12 @@
 import warp as wp
 
 from warp_rods.kernels.bound.membrane_motion import membrane_angular_velocity
-from warp_rods.kernels.bound.rod import angular_velocity
+from warp_rods.kernels.bound.rod import (
+    angular_velocity,
+    free_end_moment_slope,
+    free_end_tension,
+    is_clamped,
+)
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Scalars1D, Scalars2D, Vectors2D, real
 from warp_rods.kernels.stencils import derivative, trapezoid_weight
@@ -46,6 +51,21 @@ def load_at(f: Filaments, normal_shear: Scalars2D, rod: int, i: int) -> wp.vec3d
 
 
 @wp.func
+def end_moment_slope(f: Filaments, rod: int, i: int) -> real:
+    """m3' at an end: (D.60) at a free one, three points at a clamped one."""
+    if is_clamped(f, i):
+        return derivative(f.moment, rod, i, f.spacing[rod])[2]
+    return free_end_moment_slope(f.curvature[rod, i], f.moment[rod, i])
+
+
+@wp.func
+def end_force_at(f: Filaments, normal_shear: Scalars2D, rod: int, i: int) -> wp.vec3d:
+    """Internal force (λ, λ2, λ3) of the end section at node i (D.30), (D.32), in the frame."""
+    shear2 = -end_moment_slope(f, rod, i) - f.shear_term[rod, i]
+    return wp.vec3d(f.tension[rod, i], shear2, normal_shear[rod, i])
+
+
+@wp.func
 def end_power(f: Filaments, normal_shear: Scalars2D, rod: int, i: int) -> real:
     """m1 V_1 − m2 V' + λ3 V: power of a moving membrane on the end section at node i."""
     m = f.moment[rod, i]
@@ -66,6 +86,24 @@ def find_load(f: Filaments, normal_shear: Scalars2D, load: Vectors2D, load_momen
     rod, i = wp.tid()
     load_moment[rod, i] = load_moment_at(f, rod, i)
     load[rod, i] = f.rotation[rod, i] * load_at(f, normal_shear, rod, i)
+
+
+@wp.kernel
+def find_end_loads(f: Filaments, normal_shear: Scalars2D, end_load: Vectors2D, end_moment: Vectors2D):
+    """Force and moment of both end sections on the membrane, in space [rod, end]: (Λ, m) at the first, minus it at
+    the last."""
+    rod, end = wp.tid()
+    i = end * (f.geodesic.shape[1] - 1)
+    sign = real(1 - 2 * end)
+    end_load[rod, end] = sign * (f.rotation[rod, i] * end_force_at(f, normal_shear, rod, i))
+    end_moment[rod, end] = sign * (f.rotation[rod, i] * f.moment[rod, i])
+
+
+@wp.kernel
+def find_stretch_force(f: Filaments, stretch_force: Scalars2D):
+    """λ + K12 m1 − K11 m2 at nodes, the force that does work where a section slides along the membrane."""
+    rod, i = wp.tid()
+    stretch_force[rod, i] = f.tension[rod, i] - free_end_tension(f.curvature[rod, i], f.moment[rod, i])
 
 
 @wp.kernel

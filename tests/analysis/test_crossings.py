@@ -108,6 +108,13 @@ def test_crossings_through_a_periodic_boundary():
         crossings(group(frames, period=(0.4, 10, 10)))
 
 
+def test_frames_too_far_apart_are_named_with_the_remedy():
+    """A rod that moves by most of the period between two frames."""
+    frames = np.array([[stick((x, 0, 0), (0, 1, 0))] for x in (0.0, 6.0)])
+    with pytest.raises(ValueError, match=r"crossings: a segment and .* save frames more often \(time.save_every"):
+        crossings(group(frames, period=(10, 10, 10)))
+
+
 def test_a_rod_crosses_its_own_image():
     """A rod as long as the box is wide."""
     rod = np.array([stick((0, 0, 0), (1, 0, 0)), stick((0, 0, 0), (1, 0, 0))])

@@ -11,6 +11,7 @@ from warp_rods.analysis.described import described
 from warp_rods.analysis.listing import MEMBRANE, Measure
 from warp_rods.analysis.registry import MEASURES
 from warp_rods.errors import RunFolderError
+from warp_rods.rods import modes
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 
@@ -178,21 +179,60 @@ def test_a_user_defined_measure(run, monkeypatch):
     np.testing.assert_array_equal(found.reach, abs(run["soft"].position[:, :, 0]).max("axis"))
 
 
-def test_failed_rods_are_missing_where_a_measure_leaves_them_out(run):
-    """The others keep their numbers, whichever measures are computed together."""
-    soft = run["soft"].to_dataset()
-    status = soft.status.copy(deep=True)
+@pytest.mark.parametrize("name", ["soft", "sensors"])
+def test_failed_rods_are_left_out_of_every_measure_in_the_same_way(run, name, caplog):
+    """As if they were not there, whatever their values; NaN or "failed" in measures of single rods, and said."""
+    group = run[name].to_dataset()
+    status = group.status.copy(deep=True)
     status[4:, 1] = 1
-    found = wr.measure(soft.assign(status=status), "local_polar_order", "writhe")
-    assert found.rod.values.tolist() == [0, 1, 2]
-    assert found.local_polar_order.isnull().all("frame").values.tolist() == [False, True, False]
-    np.testing.assert_array_equal(found.writhe, wr.measure(soft, "writhe").writhe)
+    broken = {key: values.copy(deep=True) for key, values in group.data_vars.items() if "rod" in values.dims}
+    for values in broken.values():
+        if values.dtype.kind == "f" and "frame" in values.dims:
+            values.loc[{"rod": 1, "frame": slice(6, None)}] = np.nan
+    failed, others = group.assign(broken | {"status": status}), group.isel(rod=[0, 2])
+    for measure in wr.measures(group):
+        caplog.clear()
+        found, expected = wr.measure(failed, measure), wr.measure(others, measure)
+        assert caplog.messages == [f"{measure}: failed rods 1 are left out"]
+        for variable, values in found.data_vars.items():
+            assert values.attrs["left_out"] == "failed rods 1"
+            kept = values
+            if "rod" in values.dims:
+                assert found.rod.values.tolist() == [0, 1, 2]
+                one = values.sel(rod=1)
+                assert (one == "failed").all() if values.dtype.kind in "UO" else one.isnull().all()
+                kept = values.sel(rod=[0, 2])
+            np.testing.assert_array_equal(kept.values, expected[variable].values, err_msg=measure)
+        assert "left_out" not in next(iter(expected.values())).attrs
+    early = wr.measure(failed.isel(frame=slice(4)), "writhe")
+    np.testing.assert_array_equal(early.writhe, wr.measure(group, "writhe").writhe[:4])
+    with pytest.raises(ValueError, match=r"all rods failed: nothing is left .* select earlier frames"):
+        wr.measure(group.assign(status=status * 0 + 1), "writhe")
+
+
+@pytest.mark.parametrize("frames", [2, 3, 4])
+def test_lengths_of_growing_filaments_belong_to_frame_and_rod(frames):
+    """Three rods of different lengths that grow; with as many frames as rods nothing is broadcast to the wrong axis."""
+    s, turn = np.linspace(-0.5, 0.5, 33), 2.0
+    length = np.array([0.5, 0.9, 1.4]) * (1 + 0.3 * np.arange(frames)[:, None])
+    strain = np.tile([turn, 1.5, 0.0], (frames, 3, 33, 1))
+    data = xr.Dataset(
+        {"strain": (("frame", "rod", "node", "strain_component"), strain), "length": (("frame", "rod"), length)},
+        {"time": ("frame", np.arange(float(frames))), "s": ("node", s)},
+    )
+    assert wr.measure(data, "total_twist").total_twist.values == pytest.approx(turn * length / (2 * np.pi))
+    for given in (data, data.transpose("rod", ...)):
+        found = wr.measure(given, "mode_coefficients", twist_free=True).mode_coefficients
+        angle = turn * length[..., None] * s
+        for part, k in enumerate((1.5 * np.cos(angle), 1.5 * np.sin(angle))):
+            np.testing.assert_allclose(found[:, :, part], modes.coefficients(k, s, 6), rtol=0, atol=1e-3)
 
 
 def test_tables_of_single_rooms_are_views_of_the_table(run):
     tables = (wr.diagnostics.MEASURES, wr.sensing.MEASURES, wr.swarm.MEASURES)
     kymographs = {"energy_terms", "energy_per_length", "dissipation_peaks"}
-    assert set().union(*tables) | kymographs == set(MEASURES)
+    loads = {"force_on_membrane", "torque_on_membrane"}
+    assert set().union(*tables) | kymographs | loads == set(MEASURES)
     soft, sensors = run["soft"].to_dataset(), run["sensors"].to_dataset()
     for name, function in {**wr.diagnostics.MEASURES, **wr.swarm.MEASURES}.items():
         assert function is MEASURES[name].function

@@ -57,6 +57,19 @@ def test_every_plot_is_drawn(run, name, count):
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.parametrize("name", MEASURES)
+def test_every_plot_is_drawn_without_failed_rods(run, name):
+    group = run["sensors" if MEASURES[name].of == "filaments" else "cells"].to_dataset()
+    status = group.status.copy(deep=True)
+    status[4:, 1] = 1
+    failed = group.assign(status=status)
+    if name == "velocity_correlation":  # the two rods that are left are too far apart
+        with pytest.raises(ValueError, match="no value at any distance"):
+            wr.plot(failed, name)
+        return
+    assert wr.plot(failed, name).axes
+
+
 def test_a_figure_is_shown_and_saved_in_the_house_style(run, tmp_path):
     """Notebooks can show it, and files have the same bytes whatever the settings of Matplotlib."""
     import matplotlib

@@ -42,6 +42,8 @@ def write_run(folder, fail_at: int | None = None) -> None:
             saved[name] = {label: np.zeros(spec.shape(v)) for label, v in spec.variables.items()}
             saved[name]["position"] = rng.normal(size=(RODS, NODES, 3))
             saved[name]["load"] = load * rng.normal(size=(RODS, NODES, 3))
+            if name == "pulling":
+                saved[name]["end_load"] = 3.0 + np.arange(6.0 * RODS).reshape(RODS, 2, 3) + number
             if fail_at is not None and number >= fail_at:
                 saved[name]["load"][1, 5:] = np.nan
         writer.append(0.1 * number, saved)
@@ -111,7 +113,21 @@ def test_arrows_show_all_loads_on_one_scale(run, stage):
 
 def test_no_arrows_without_load(stage):
     names = [prim.GetName() for prim in stage.GetPrimAtPath("/World/Loads").GetChildren()]
-    assert names == ["pulling_load", "pushing_load"]
+    assert sorted(names) == ["pulling_end_load", "pulling_load", "pushing_load"]
+
+
+def test_forces_of_the_ends_are_drawn_at_the_ends_on_a_scale_of_their_own(run, stage):
+    from pxr import UsdGeom
+
+    data = open_run(run)["pulling"]
+    curves = UsdGeom.BasisCurves(stage.GetPrimAtPath("/World/Loads/pulling_end_load"))
+    factor = 0.08 * SIZE / np.quantile(np.linalg.norm(data.end_load, axis=-1), 0.95)
+    assert curves.GetPrim().GetCustomDataByKey("lengthPerLoad") == pytest.approx(factor, rel=1e-6)
+    assert "end sections" in curves.GetPrim().GetDocumentation() and curves.ComputePurpose() == "guide"
+    for frame in range(FRAMES):
+        points = np.array(curves.GetPointsAttr().Get(frame)).reshape(RODS, 2, 4, 3)
+        np.testing.assert_allclose(points[:, :, 0], data.position[frame, :, [0, -1]], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(points[:, :, 3] - points[:, :, 0], factor * data.end_load[frame], rtol=0, atol=1e-6)
 
 
 def test_arrows_are_guides_with_an_extent(stage):

@@ -140,6 +140,18 @@ def test_power_minus_dissipation_is_the_rate_of_energy(make):
     assert np.abs(rods.power).max() > 0.1 * rods.dissipation.max()
 
 
+def test_a_step_above_the_bound_is_warned_of_once(make, caplog):
+    rods = make()
+    limit = rods.step_limit.step
+    rods.step(limit, 2)
+    assert not caplog.messages
+    rods.step(1.5 * limit)
+    rods.step(2 * limit)
+    (said,) = caplog.messages
+    assert f"dt = {1.5 * limit:g} is above {limit:.3g}, the bound on the step of <" in said
+    assert rods.step_limit.reason in said and "use a smaller step" in said
+
+
 def test_parameters_are_fixed(make):
     rods = make()
     for name in rods.parameters(0):

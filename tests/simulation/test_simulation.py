@@ -86,7 +86,7 @@ def test_the_folder_of_a_run_can_be_read(tmp_path):
     data = run.data
     assert set(data.children) == {"convex", "saddle"}
     convex = data["convex"].to_dataset()
-    named = {"axis": 3, "strain_component": 3, "quaternion": 4}
+    named = {"axis": 3, "strain_component": 3, "quaternion": 4, "end": 2}
     assert dict(convex.sizes) == {"frame": 6, "rod": 4, "node": 17, **named}
     assert {"position", "strain", "orientation", "tension", "energy", "dissipation", "status", "gauss", "load"} <= set(
         convex

@@ -67,8 +67,10 @@ def test_round_trip_with_names_units_and_types(tmp_path):
     assert run.attrs["scene"] == ATTRIBUTES["scene"]
     assert run.attrs["warp_rods_version"]
     sensors = run["sensors"]
-    named = {"axis": 3, "strain_component": 3, "quaternion": 4}
+    named = {"axis": 3, "strain_component": 3, "quaternion": 4, "end": 2}
     assert dict(sensors.sizes) == {"frame": 70, "rod": 3, "node": 9, **named}
+    assert sensors.end_load.dims == ("frame", "rod", "end", "axis")
+    assert sensors.end_load.sel(end="last").equals(sensors.end_load[:, :, 1])
     assert sensors.position.dims == ("frame", "rod", "node", "axis")
     assert sensors.strain.dims == ("frame", "rod", "node", "strain_component")
     assert sensors.position.dtype == np.float64
@@ -97,7 +99,7 @@ def as_written_before(path) -> None:
     """Turn a store into one of an earlier version: strains with the dimension ``axis``, and no labels."""
     root = zarr.open_group(path / STORE)
     for name, group in root.groups():
-        for dim in ("axis", "strain_component", "quaternion"):
+        for dim in ("axis", "strain_component", "quaternion", "end"):
             del group[dim]
         metadata = path / STORE / name / "strain" / "zarr.json"
         metadata.write_text(metadata.read_text().replace('"strain_component"', '"axis"'))

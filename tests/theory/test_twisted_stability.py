@@ -17,6 +17,13 @@ def test_without_a_moment_each_planar_rate_is_double():
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
 
 
+def test_the_twist_follows_the_sharpness_of_the_profile():
+    """At sharpness 20, not half the twist of sharpness 10; second order in Δs towards 19.01."""
+    rates = [growth_rates(bend=1e-3, twist=1e-3, moment=1e-2, sharpness=20.0, nodes=n)[0].real for n in (65, 129, 257)]
+    assert rates[0] == pytest.approx(19.02, abs=0.005)
+    assert np.log2((rates[0] - rates[1]) / (rates[1] - rates[2])) == pytest.approx(2.0, abs=0.2)
+
+
 @pytest.mark.parametrize("moment", [1e-2, 2e-2])
 def test_with_a_moment_rods_grow_at_the_fastest_rate(moment):
     """From noise, while the fastest mode dominates and is still small: within 1 % at N = 128."""

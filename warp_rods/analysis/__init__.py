@@ -3,7 +3,7 @@
 registry, listing                    the table of all measures, and its printed form
 shape, motion, balance, writhe       measures of single rods
 motion_class                         classification of the motion of swimmers
-curvature, settling, membrane        measures of filaments on their membrane
+curvature, settling, load, membrane  measures of filaments on their membrane
 kymograph                            distribution of energy along growing filaments
 swarm                                order, motion, correlations and shapes of many rods
 crossings, segment_sweeps            rods that pass through each other

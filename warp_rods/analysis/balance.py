@@ -60,7 +60,7 @@ def arc_length(dataset: xr.Dataset) -> xr.DataArray:
     """
     if "arc_length" in dataset:
         return dataset["arc_length"]
-    step = lengths(dataset)[:, None] / (dataset.sizes["node"] - 1)
+    step = lengths(dataset)[..., None] / (dataset.sizes["node"] - 1)
     k = bending(dataset, twist_free=True)
     turn = abs(k[..., 1:] + k[..., :-1]) / 2 * step
     chord = np.linalg.norm(np.diff(positions(dataset), axis=2), axis=-1)

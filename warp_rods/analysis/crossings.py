@@ -110,6 +110,12 @@ def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray
     size = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=-1).max(axis=0)
     reach = (size + np.linalg.norm(middle[1] - middle[0], axis=-1)) / 2
     at = middle.mean(axis=0)
+    if 4 * reach.max() > period.min():
+        raise ValueError(
+            f"crossings: a segment and its path between two frames extend over {2 * reach.max():.3g}, more than half "
+            f"the period {period.min():.3g} of the box, so that it is not known which image it passed: save frames "
+            f"more often (time.save_every), or measure frames between which rods move less, data.isel(frame=…)"
+        )
     pairs, nearest = pairs_within(at, period, 2 * reach.max())
     first, second = pairs.T
     shift = nearest - (at[second] - at[first])

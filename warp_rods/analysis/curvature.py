@@ -81,7 +81,7 @@ def _refuse_moving(surface: Surface) -> None:
 
 def _gauss(data: xr.Dataset) -> xr.DataArray:
     """𝒦 at the midpoints [frame, rod], NaN for failed rods."""
-    return data.gauss.where(data.status == 0)
+    return data.gauss.where(data.status.isel(frame=-1, drop=True) == 0)
 
 
 def _edges(gauss: np.ndarray, bins: int | Sequence[float]) -> np.ndarray:

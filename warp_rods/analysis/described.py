@@ -34,8 +34,29 @@ def described(
 
 
 def lengths(dataset: xr.Dataset) -> np.ndarray:
-    """Length of each rod [rod]; 1 where the group has no length."""
-    return dataset["length"].to_numpy() if "length" in dataset else np.ones(dataset.sizes["rod"])
+    """Length of each rod [frame, rod], as filaments may grow; 1 where the group has no length."""
+    shape = (dataset.sizes["frame"], dataset.sizes["rod"])
+    if "length" not in dataset:
+        return np.ones(shape)
+    length = dataset["length"]
+    return np.broadcast_to(length.transpose(*(dim for dim in FRAMES if dim in length.dims)).to_numpy(), shape)
+
+
+def without_failed(dataset: xr.Dataset) -> xr.Dataset:
+    """The rods that have not failed by the last frame; ``rod`` has their numbers where others failed.
+
+    Raises ValueError where all failed.
+    """
+    if "status" not in dataset:
+        return dataset
+    kept = np.flatnonzero(dataset["status"].isel(frame=-1).to_numpy() == 0)
+    if not len(kept):
+        raise ValueError(
+            "all rods failed: nothing is left to measure; select earlier frames, data.isel(frame=slice(…)), to measure "
+            "rods until they failed"
+        )
+    numbers = dataset["rod"].to_numpy()
+    return dataset if len(kept) == len(numbers) else dataset.isel(rod=kept).assign_coords(rod=numbers[kept])
 
 
 def positions(dataset: xr.Dataset) -> np.ndarray:

@@ -7,13 +7,15 @@ is its description. A row of ``warp_rods.draw.measured.PLOTS`` gives it a plot. 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis import balance, crossings, curvature, kymograph, motion, motion_class, settling, shape
+from warp_rods.analysis import balance, crossings, curvature, kymograph, load, motion, motion_class, settling, shape
+from warp_rods.analysis.described import without_failed
 from warp_rods.analysis.listing import MEMBRANE, Measure, Measures
 from warp_rods.analysis.membrane import has_membrane, membrane_of
 from warp_rods.analysis.swarm import motion as swarm_motion
@@ -24,8 +26,13 @@ from warp_rods.membranes.surfaces import Surface
 
 __all__ = ["MEASURES", "Measure", "Measures", "measure", "measures"]
 
+LOG = logging.getLogger("warp_rods")
+FAILED = "failed"
+"""The value of a rod that failed in a measure whose values are words."""
 _ENERGIES = ("activity", "strain", "energy_density")
 _GAUSS = ("gauss", "status", MEMBRANE)
+_FORCE = ("load", "end_load", "length")
+_TORQUE = (*_FORCE, "load_moment", "end_moment", "position", "orientation")
 _RELAXATION = ("energy", "steric_energy", "dissipation", "status")
 
 MEASURES = Measures(
@@ -54,6 +61,8 @@ MEASURES = Measures(
             kymograph.energy_per_length, "filaments", "force", ("energy", "steric_energy", "length")
         ),
         "dissipation_peaks": Measure(kymograph.dissipation_peaks, "filaments", "1", ("dissipation", "length")),
+        "force_on_membrane": Measure(load.force_on_membrane, "filaments", "force", _FORCE),
+        "torque_on_membrane": Measure(load.torque_on_membrane, "filaments", "force*length", _TORQUE),
         "polar_order": Measure(order.polar_order, "swarm", "1", ("position",)),
         "nematic_order": Measure(order.nematic_order, "swarm", "1", ("position",)),
         "motion_order": Measure(order.motion_order, "swarm", "1", ("position",)),
@@ -89,8 +98,14 @@ def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.D
     ``data``: one ensemble, ``open_run(folder)[name]``, or a whole run. Measures of swarms combine all swimmers of a
     run; the others take one ensemble. An option goes to every measure in the call that accepts it. Measures that need
     the membrane take it from the scene of the run; ``surface=`` replaces it, for example by ``surface.at(t)`` of a
-    moving one. Raises ValueError for an unknown name or option, for a run where one ensemble is needed, and where the
-    data lack a variable that a measure needs.
+    moving one.
+
+    Rods that have failed by the last frame of the data are left out of every measure: NaN (or "failed") in those of
+    single rods. The attribute ``left_out`` names them, and so does a warning of the logger ``warp_rods``. Select
+    earlier frames to measure a rod until it failed.
+
+    Raises ValueError for an unknown name or option, for a run where one ensemble is needed, where the data lack a
+    variable that a measure needs, and where all rods failed.
     """
     return take(MEASURES, data, names, options)
 
@@ -164,13 +179,26 @@ def _taken(name: str, row: Measure, data: xr.Dataset | xr.DataTree, options: Map
         group = together(data)
     else:
         (group,) = groups
+    ok = without_failed(group)
     own = {key: value for key, value in options.items() if key in row.options and key != "surface"}
     surface = options.get("surface")
     needed = [membrane_of(group) if surface is None else surface] if row.needs_membrane else []
-    found = row.function(group, *needed, **own)
+    found = row.function(ok, *needed, **own)
     found = found.to_dataset(name=name) if isinstance(found, xr.DataArray) else found
+    said = {"measure": name}
     if "rod" in found.dims and "rod" not in found.coords:
-        found = found.assign_coords(
-            rod=np.arange(found.sizes["rod"])
-        )  # measures without failed rods have numbers already
-    return found.assign({key: found[key].assign_attrs(measure=name) for key in found.data_vars})
+        found = found.assign_coords(rod=ok["rod"].to_numpy())
+    if failed := sorted(set(group["rod"].to_numpy().tolist()) - set(ok["rod"].to_numpy().tolist())):
+        said["left_out"] = f"failed rods {', '.join(map(str, failed))}"
+        LOG.warning(f"{name}: {said['left_out']} are left out")
+        found = _with_failed(found, group["rod"].to_numpy())
+    return found.assign({key: found[key].assign_attrs(said) for key in found.data_vars})
+
+
+def _with_failed(found: xr.Dataset, rods: np.ndarray) -> xr.Dataset:
+    """A measure with all ``rods``: NaN for those that it left out, "failed" where it is a word."""
+    if "rod" not in found.dims:
+        return found
+    words = {name: FAILED for name, values in found.data_vars.items() if values.dtype.kind == "U"}
+    fill = {name: np.nan for name in [*found.data_vars, *found.coords] if name not in words} | words
+    return found.reindex(rod=rods, fill_value=fill)

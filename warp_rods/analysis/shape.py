@@ -24,7 +24,7 @@ def bending(dataset: xr.Dataset, twist_free: bool = False) -> np.ndarray:
     k = strain[..., 1] + 1j * strain[..., 2]
     if twist_free:
         turn = from_midpoint(strain[..., 0].reshape(-1, k.shape[-1])).reshape(k.shape)
-        k = k * np.exp(1j * turn * lengths(dataset)[:, None])
+        k = k * np.exp(1j * turn * lengths(dataset)[..., None])
     if "activity" not in dataset:
         return k
     # k(s)k(−s) is the square of the even part minus that of the odd part, which is real and negative in the gauge.

@@ -6,22 +6,28 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from warp_rods.analysis.described import without_failed
+
 
 def summary(data: xr.DataTree, order: list[str]) -> Table:
-    """Mean energy and ⟨𝒦⟩ (start → end) or mean speed, largest residuals of the constraints, number of failed rods."""
+    """Mean energy and ⟨𝒦⟩ (start → end) or mean speed, largest residuals of the constraints, number of failed rods.
+
+    Failed rods count in the last column only.
+    """
     table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "largest residuals", "failed")
     for name in order:
         d = data[name].to_dataset()
-        first, last = d.isel(frame=0), d.isel(frame=-1)
-        table.add_row(
-            name,
-            str(d.sizes["rod"]),
-            _change(float(first.energy.mean()), float(last.energy.mean())),
-            _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d),
-            _residual(d),
-            str(int((last.status != 0).sum())),
-        )
+        failed = int((d.status.isel(frame=-1) != 0).sum())
+        cells = _cells(without_failed(d)) if failed < d.sizes["rod"] else ("–",) * 3
+        table.add_row(name, str(d.sizes["rod"]), *cells, str(failed))
     return table
+
+
+def _cells(d: xr.Dataset) -> tuple[str, str, str]:
+    """Mean energy, ⟨𝒦⟩ or mean speed, and residuals."""
+    first, last = d.isel(frame=0), d.isel(frame=-1)
+    gauss = _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d)
+    return _change(float(first.energy.mean()), float(last.energy.mean())), gauss, _residual(d)
 
 
 def _change(first: float, last: float) -> str:

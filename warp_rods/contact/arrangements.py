@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,16 +10,16 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
 
-from warp_rods.contact.overlap import Space, pushed_apart, without_overlap
+from warp_rods.contact.overlap import pushed_apart, without_overlap
+from warp_rods.contact.segments import Space
 from warp_rods.errors import SceneError
 from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
 
 MOST_DRAWS = 1000
 """Rounds of drawing rods again that stick out of a container."""
-CLOSE = (0.5, 0.75)
-"""Smallest distance between swimmers before they are pushed apart, in units of the core and of the spacing of nodes.
-Rods that cross have nodes within 0.71 spacings."""
+CLOSE = 0.5
+"""Least distance of swimmers before they are pushed apart, in units of the clearance; crossing rods have none."""
 MOST_ATTEMPTS = 5
 """Attempts to push swimmers apart, each with new draws."""
 LANE = 1.0
@@ -151,14 +151,14 @@ def arranged_poses(
     scene: Scene,
     container: Surface | None,
     shapes: Mapping[str, np.ndarray],
-    others: np.ndarray,
+    others: Sequence[np.ndarray],
     rng: np.random.Generator,
 ) -> tuple[dict[str, dict[str, np.ndarray]], str]:
     """Middle points and frames of swimmers of several ensembles, placed together, and a line for the user.
 
     container: the surface of the box. shapes: centre lines [rod, node, 3] about the middles, by ensemble. With steric
-    forces the distance between rods, and to points ``others`` [n, 3], is at least the core and a node spacing. Raises
-    SceneError if the rods do not fit.
+    forces the distance between centre lines, and to those of ``others``, is at least the core and a node spacing.
+    Raises SceneError if the rods do not fit.
     """
     nodes = max(own.shape[1] for own in shapes.values())
     # In random order, so that no ensemble is preferred.
@@ -176,7 +176,12 @@ def arranged_poses(
 
 
 def _find_poses(
-    arrangement: str, region: Region, scene: Scene, shapes: np.ndarray, others: np.ndarray, rng: np.random.Generator
+    arrangement: str,
+    region: Region,
+    scene: Scene,
+    shapes: np.ndarray,
+    others: Sequence[np.ndarray],
+    rng: np.random.Generator,
 ) -> tuple[Poses, str]:
     """Poses of rods with centre lines ``shapes`` [rod, node, 3], and a line for the user."""
     core = scene.steric.core if scene.steric else 0.0
@@ -192,7 +197,7 @@ def _find_poses(
     if arrangement != "random" or region.container:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
-    close = max(CLOSE[0] * core, CLOSE[1] * spacing)
+    close = CLOSE * clearance
     # Flat rods cannot be pushed past each other. Compressed along z, those that cross are drawn a clearance apart.
     compression = np.array([1.0, 1.0, close / clearance if region.flat else 1.0])
 
@@ -201,12 +206,14 @@ def _find_poses(
         return poses, lines * compression
 
     for _ in range(MOST_ATTEMPTS):
-        drawn = without_overlap(len(shapes), draw_compressed, close, Space(others * compression, space.period))
+        drawn = without_overlap(
+            len(shapes), draw_compressed, close, Space([part * compression for part in others], space.period)
+        )
         position, rotation = drawn.poses
         heights = (float(region.low[2]), float(region.high[2])) if region.flat else None
         poses = pushed_apart(position, rotation, shapes, clearance, space, heights)
         if poses:
-            return poses, f"pushed apart to {clearance:.3g}"
+            return poses, f"centre lines pushed apart to {clearance:.3g}"
     raise SceneError(f"count = {len(shapes)}: rods jam before they are {clearance:g} apart; place fewer")
 
 

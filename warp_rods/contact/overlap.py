@@ -1,15 +1,17 @@
-"""Placement of rods at random with a clearance between them: overlapping rods are drawn again, or pushed apart."""
+"""Placement of rods at random with a clearance between them: overlapping rods are drawn again, or pushed apart.
+
+The clearance is the distance of centre lines, which are chains of straight segments between nodes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from warp_rods.contact.segments import Close, Segments, Space
 from warp_rods.errors import SceneError
 
 MOST_ROUNDS = 200
@@ -20,6 +22,9 @@ MOST_PUSHES = 250
 """Rounds of pushing overlapping rods apart."""
 TARGET = 1.01
 """Rods are pushed apart to this distance, in units of the clearance; a target of 1 would be approached slowly."""
+
+CROSSED = 1e-9
+"""Segments closer than this fraction of their length intersect: their separation has no direction."""
 
 Poses = tuple[np.ndarray, ...]
 Draw = Callable[[np.ndarray], tuple[Poses, np.ndarray]]
@@ -35,40 +40,20 @@ class Found(NamedTuple):
     @property
     def note(self) -> str:
         """A line for the user."""
-        return f"{self.rejected} draws came closer than {self.clearance:.3g} to another rod and were drawn again"
-
-
-@dataclass(frozen=True)
-class Space:
-    """Points ``others`` [n, 3] of other rods, in a box of periods [3], 0 along an axis without a period."""
-
-    others: np.ndarray
-    period: np.ndarray
-
-    def tree(self, points: np.ndarray) -> cKDTree:
-        """The tree of points [n, 3], periodic along axes with a period."""
-        if not np.any(self.period):
-            return cKDTree(points)
-        divisor = np.where(self.period > 0, self.period, 1.0)
-        wrapped = np.where(self.period > 0, np.mod(points, divisor), points)
-        wrapped = np.where(
-            (self.period > 0) & (wrapped >= divisor), 0.0, wrapped
-        )  # a remainder may round to the period
-        return cKDTree(wrapped, boxsize=self.period)
-
-    def nearest_image(self, d: np.ndarray) -> np.ndarray:
-        """Separations [n, 3] between nearest images."""
-        divisor = np.where(self.period > 0, self.period, np.inf)
-        return d - np.where(self.period > 0, self.period, 0.0) * np.rint(d / divisor)
+        return (
+            f"{self.rejected} draws had a centre line closer than {self.clearance:.3g} to another and were drawn again"
+        )
 
 
 def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> Found:
     """Poses of ``count`` rods with ``clearance`` between them and to other rods, by drawing overlapping rods again.
 
+    The clearance is that of centre lines.
+
     draw(rods [n]) draws poses [n, …] for the rods of these numbers and returns them with their centre lines
     [n, node, 3]. Of two overlapping rods the later one is drawn again. Raises SceneError if the rods do not fit.
     """
-    placed, left, rejected = space.others.reshape(-1, 3), np.arange(count), 0
+    placed, left, rejected = list(space.others), np.arange(count), 0
     kept: Poses = ()
     for attempt in range(MOST_ROUNDS):
         # The last rods are the hardest to place: several draws are made for each of them at once.
@@ -79,7 +64,7 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
         good = good[np.unique(drawn[good], return_index=True)[1]]
         for whole, part in zip(kept, poses, strict=True):
             whole[drawn[good]] = part[good]
-        placed = np.concatenate([placed, lines[good].reshape(-1, 3)])
+        placed.append(lines[good])
         rejected += len(drawn) - len(good)
         left = np.setdiff1d(left, drawn[good])
         if not len(left):
@@ -89,16 +74,15 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
     )
 
 
-def _fitting(lines: np.ndarray, placed: np.ndarray, clearance: float, space: Space) -> np.ndarray:
-    """Indices of the centre lines [rod, node, 3] that keep the clearance to ``placed`` points and to earlier lines."""
-    nodes = lines.shape[1]
-    tree = space.tree(lines.reshape(-1, 3))
+def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: Space) -> np.ndarray:
+    """Indices of the centre lines [rod, node, 3] that keep the clearance to ``placed`` lines and to earlier lines."""
+    own, there = Segments.of([lines]), Segments.of(placed)
     good = np.ones(len(lines), dtype=bool)
-    if len(placed):
-        near = space.tree(placed).query(tree.data, distance_upper_bound=clearance)[0] < clearance
-        good = ~near.reshape(len(lines), nodes).any(axis=1)
-    pairs = np.unique(np.sort(tree.query_pairs(clearance, output_type="ndarray") // nodes, axis=1), axis=0)
-    for first, second in pairs[pairs[:, 0] != pairs[:, 1]]:  # sorted by the first, whose result is known then
+    if len(there.rod):
+        good[own.rod[space.close_between(own, there, clearance).first]] = False
+    close = space.close_within(own, clearance)
+    pairs = np.unique(np.sort(own.rod[np.stack([close.first, close.second], axis=1)], axis=1), axis=0)
+    for first, second in pairs:  # sorted by the first, whose result is known then
         good[second] &= not good[first]
     return np.flatnonzero(good)
 
@@ -113,22 +97,24 @@ def pushed_apart(
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Positions [rod, 3] and rotations [rod, 3, 3] of rigid rods that keep the clearance, starting from given ones.
 
-    shapes [rod, node, 3]: centre lines about the middles. Each pair of nodes that is too close is separated by the
+    shapes [rod, node, 3]: centre lines about the middles. Each pair of segments that is too close is separated by the
     missing distance, through translation and rotation of both rods so that both move least. heights: bounds for the
     middles of flat rods, which rotate about z only; rods that cross are separated in z. Returns None if some rods
     remain jammed.
     """
-    nodes, others = shapes.shape[1], space.others.reshape(-1, 3)
     length = np.linalg.norm(np.diff(shapes, axis=1), axis=-1).sum(axis=1)
     for _ in range(MOST_PUSHES):
         arms = np.einsum("rij,rnj->rni", rotation, shapes)
-        points = (position[:, None] + arms).reshape(-1, 3)
-        first, second, gap = _too_close(np.concatenate([points, others]), len(points), nodes, clearance, space)
-        if not len(first):
+        segments = Segments.of([position[:, None] + arms, *space.others])
+        close = space.close_within(segments, clearance)
+        own = np.minimum(segments.rod[close.first], segments.rod[close.second]) < len(position)
+        if not own.any():
             return position, rotation
-        missing = (TARGET * clearance - np.linalg.norm(gap, axis=-1))[:, None]
-        push = gap / np.linalg.norm(gap, axis=-1, keepdims=True) * missing / 2
-        shift, turn = _rigid_motions(arms, length, ((first, push), (second, -push)))
+        close = Close(*(part[own] for part in close))
+        push = _directions(segments, close, space) * (TARGET * clearance - close.distance[:, None]) / 2
+        first = (close.first, close.along_first, push)
+        second = (close.second, close.along_second, -push)
+        shift, turn = _rigid_motions(position, segments, length, (first, second))
         position = position + shift
         if heights:
             turn[:, :2] = 0.0
@@ -137,19 +123,33 @@ def pushed_apart(
     return None
 
 
-def _rigid_motions(
-    arms: np.ndarray, length: np.ndarray, pushes: Iterable[tuple[np.ndarray, np.ndarray]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Translations and rotation vectors [rod, 3] that give nodes (numbers, displacements [n, 3]) their ``pushes``.
+def _directions(segments: Segments, close: Close, space: Space) -> np.ndarray:
+    """Unit vectors [pair, 3] along which to separate close segments; along that of their middles if they intersect."""
+    middle = segments.middle
+    crossed = close.distance[:, None] < CROSSED * np.maximum(segments.longest, np.finfo(float).tiny)
+    gap = np.where(crossed, space.nearest_image(middle[close.first] - middle[close.second]), close.gap)
+    return gap / np.maximum(np.linalg.norm(gap, axis=-1, keepdims=True), np.finfo(float).tiny)
 
-    arms [rod, node, 3]: nodes from the middles. Each push is shared between translation and rotation as by a force on a
-    uniform rod of this length; the motions of a rod are averaged over its pushes.
+
+def _rigid_motions(
+    position: np.ndarray,
+    segments: Segments,
+    length: np.ndarray,
+    pushes: Iterable[tuple[np.ndarray, np.ndarray, np.ndarray]],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Translations and rotation vectors [rod, 3] that give points of rods about ``position`` [rod, 3] their ``pushes``.
+
+    pushes: numbers of segments, places along them and displacements [n, 3]; those of other rods are left out. Each is
+    shared between translation and rotation as by a force on a uniform rod of this length; the motions of a rod are
+    averaged over its pushes.
     """
-    rods, nodes = arms.shape[:2]
+    rods = len(position)
     shift, turn, count = np.zeros((rods, 3)), np.zeros((rods, 3)), np.zeros(rods)
-    for node, push in pushes:
-        node, push = node[node < rods * nodes], push[node < rods * nodes]
-        rod, arm = node // nodes, arms.reshape(-1, 3)[node]
+    for which, along, push in pushes:
+        own = segments.rod[which] < rods
+        which, along, push = which[own], along[own, None], push[own]
+        rod = segments.rod[which]
+        arm = segments.start[which] + along * (segments.end[which] - segments.start[which]) - position[rod]
         inverse_inertia = 12 / length[rod, None] ** 2
         share = push / (1 + inverse_inertia * np.sum(arm * arm, axis=-1, keepdims=True))
         np.add.at(shift, rod, share)
@@ -160,21 +160,7 @@ def _rigid_motions(
 
 
 def overlapping(lines: Sequence[np.ndarray], clearance: float, period: np.ndarray) -> int:
-    """The number of pairs of rods with nodes closer than the clearance; lines: [rod, node, 3] of each ensemble."""
-    points = np.concatenate([part.reshape(-1, 3) for part in lines])
-    nodes = np.concatenate([np.full(len(part), part.shape[1]) for part in lines])
-    rod = np.repeat(np.arange(len(nodes)), nodes)
-    points, rod = points[finite := np.isfinite(points).all(axis=1)], rod[finite]
-    pairs = rod[Space(points, period).tree(points).query_pairs(clearance, output_type="ndarray")]
-    return len(np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0))
-
-
-def _too_close(
-    points: np.ndarray, own: int, nodes: int, clearance: float, space: Space
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of points of different rods that are closer than the clearance, and the separation of the first from the
-    second [pair, 3]. At least one point of a pair is among the first ``own``."""
-    first, second = space.tree(points).query_pairs(clearance, output_type="ndarray").T
-    differ = (first // nodes != second // nodes) & (np.minimum(first, second) < own)
-    first, second = first[differ], second[differ]
-    return first, second, space.nearest_image(points[first] - points[second])
+    """The number of pairs of rods closer than the clearance; lines: [rod, node, 3] of each ensemble."""
+    segments = Segments.of(lines)
+    close = Space((), period).close_within(segments, clearance)
+    return len(np.unique(np.sort(segments.rod[np.stack([close.first, close.second], axis=1)], axis=1), axis=0))

@@ -84,7 +84,7 @@ class Contact:
             for _ in range(count):
                 self._surroundings.apply()
                 for ensemble in ensembles:
-                    ensemble.step(dt)
+                    ensemble.advance(dt)
             return
         for ensemble in ensembles:
             ensemble.set_step(dt)

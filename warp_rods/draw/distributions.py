@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.analysis.motion_class import CLASSES
+from warp_rods.analysis.registry import FAILED
 from warp_rods.draw.labels import BLUE, GUIDE, bin_edges, label
 
 FEW = 10
@@ -32,7 +33,7 @@ def histogram(axes: Any, measured: xr.DataArray) -> None:
 
 def classes(axes: Any, measured: xr.DataArray) -> None:
     """Number of rods in each class of motion."""
-    names = [*CLASSES, "irregular"]
+    names = [*CLASSES, "irregular", *([FAILED] if (measured == FAILED).any() else [])]
     axes.barh(names, [int((measured == name).sum()) for name in names], color=BLUE, alpha=0.5)
     axes.invert_yaxis()
     axes.set(xlabel="rods", ylabel=label(measured))

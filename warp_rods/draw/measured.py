@@ -39,6 +39,8 @@ PLOTS: dict[str, Callable[..., None]] = {
     "energy_terms": maps.energy_terms,
     "energy_per_length": over_time.curve,
     "dissipation_peaks": distributions.peaks,
+    "force_on_membrane": over_time.magnitude,
+    "torque_on_membrane": over_time.magnitude,
     "polar_order": over_time.order,
     "nematic_order": over_time.order,
     "motion_order": over_time.order,

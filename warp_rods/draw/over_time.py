@@ -31,6 +31,11 @@ def curve(axes: Any, measured: xr.DataArray) -> None:
     axes.set_ylabel(label(measured))
 
 
+def magnitude(axes: Any, measured: xr.DataArray) -> None:
+    """Magnitude of a vector per frame (frame, rod, axis)."""
+    curve(axes, ((measured**2).sum("axis", skipna=False) ** 0.5).rename(measured.name).assign_attrs(measured.attrs))
+
+
 def error(axes: Any, measured: xr.DataArray) -> None:
     """Magnitude of an error; for several rods the median and the largest."""
     size = abs(_known(measured)).clip(min=ROUND_OFF)

@@ -5,6 +5,7 @@ A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONT
 
 from __future__ import annotations
 
+import logging
 from abc import abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -20,7 +21,9 @@ from warp_rods.rods.clock import Clock
 from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
+from warp_rods.rods.step_limits import StepLimit
 
+LOG = logging.getLogger("warp_rods")
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state that an ensemble without external forces may lack."""
 
@@ -63,6 +66,7 @@ class Ensemble(Readings):
         self._parameters: Mapping[str, np.ndarray] = MappingProxyType(dict(parameters))
         with exclusive:
             self._clock = Clock(self.device)
+        self._warned = False
 
     def __repr__(self) -> str:
         frozen = int((self.status != Status.OK).sum())
@@ -80,15 +84,37 @@ class Ensemble(Readings):
     def step(self, dt: float, steps: int = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
 
-        The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. Raises
-        SceneError for a step that is not positive.
+        The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. A step
+        above ``step_limit`` is warned of once, by the logger ``warp_rods``. Raises SceneError for a step that is not
+        positive.
         """
         check_step(dt, steps)
+        self._warn_of(dt)
+        self.advance(dt, steps)
+
+    def advance(self, dt: float, steps: int = 1) -> None:
+        """``step`` without its checks, for a run, which has chosen its step."""
         self.set_step(dt)
         for _ in range(steps):
             self.prepare_step(dt)
             self.take_step()
             self.finish_step()
+
+    def _warn_of(self, dt: float) -> None:
+        if self._warned:
+            return
+        limit = self.step_limit
+        if dt > limit.step:
+            self._warned = True
+            LOG.warning(
+                f"dt = {dt:g} is above {limit.step:.3g}, the bound on the step of {self!r}: {limit.reason}. Above it "
+                f"the result can be wrong without diverging: use a smaller step"
+            )
+
+    @property
+    @abstractmethod
+    def step_limit(self) -> StepLimit:
+        """The largest stable step, and the formula that gives it."""
 
     def set_step(self, dt: float) -> None:
         """Set the length of the next steps."""

@@ -6,10 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warp_rods.membranes.sampling import uniform_points
 from warp_rods.membranes.surfaces import Surface
 
 SAFETY = 0.75
 """A run without ``time.step`` takes this fraction of the smallest bound."""
+SWIMMER_STEP = 1e-3
+"""Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
+SAMPLES = 400
+"""Points of the surface at which the orientation stiffness is evaluated."""
 ANGLES = 72
 """Orientations in the tangent plane at which the energy is evaluated."""
 
@@ -66,6 +71,16 @@ def filament_limits(surface: Surface, points: np.ndarray, rods) -> StepLimit:
             fraction = step * e2 / (row[7] * row[9] ** 2)
             smallest = StepLimit(step, f"{fraction:.2g} ζ⊥ L²/e'' with orientation stiffness e'' = {e2:.3g}")
     return smallest
+
+
+def membrane_limit(surface: Surface, rods) -> StepLimit:
+    """The bound on Δt for an ensemble of filaments anywhere on a surface."""
+    return filament_limits(surface, uniform_points(surface, SAMPLES, np.random.default_rng(0)), rods)
+
+
+def swimmer_limit(passive: bool) -> StepLimit:
+    """The bound on Δt for an ensemble of free rods; none is known for passive ones, whose unit of time is arbitrary."""
+    return StepLimit(np.inf, "") if passive else StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §3.9")
 
 
 def wall_limit(strength: float, drag: float) -> StepLimit:

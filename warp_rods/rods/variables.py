@@ -12,9 +12,10 @@ from warp_rods.rods.status import Status
 class Variable:
     """One array of the store.
 
-    ``dims`` are ``frame``, ``rod`` or ``node``, and a last dimension whose entries have names, ``components``: ``axis``
-    (x, y, z), ``strain_component`` or ``quaternion``. ``units`` are products of the scene's units of length, force and
-    time. ``source`` is the equation, by its number in the dissertation. ``flags`` are values and their meanings.
+    ``dims`` are ``frame``, ``rod``, ``node`` or ``end`` (first, last), and a last dimension whose entries have names,
+    ``components``: ``axis`` (x, y, z), ``strain_component`` or ``quaternion``. ``units`` are products of the scene's
+    units of length, force and time. ``source`` is the equation, by its number in the dissertation. ``flags`` are values
+    and their meanings.
     """
 
     dims: tuple[str, ...]
@@ -24,6 +25,12 @@ class Variable:
     source: str
     components: tuple[str, ...] = ()
     flags: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def labels(self) -> dict[str, tuple[str, ...]]:
+        """The labels of each dimension whose entries have names."""
+        found = {"end": ENDS} if "end" in self.dims else {}
+        return found | ({self.dims[-1]: self.components} if self.components else {})
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -36,11 +43,13 @@ class Variable:
 
 
 AXES = ("x", "y", "z")
+ENDS = ("first", "last")
 FILAMENT_STRAINS = ("twist", "normal", "geodesic")
 SWIMMER_STRAINS = ("twist", "bend1", "bend2")
 _ROD = ("frame", "rod")
 _NODE = ("frame", "rod", "node")
 _VECTOR = ("frame", "rod", "node", "axis")
+_END = ("frame", "rod", "end", "axis")
 _STRAIN = ("frame", "rod", "node", "strain_component")
 _QUATERNION = ("frame", "rod", "node", "quaternion")
 TIME = Variable(("frame",), "float64", "time", "time", "")
@@ -91,6 +100,16 @@ _EVERY_ROD = {
 FILAMENT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,
     "strain": replace(_EVERY_ROD["strain"], components=FILAMENT_STRAINS),
+    "tension": replace(
+        _EVERY_ROD["tension"], long_name="tension: internal force along the tangent", source="q·Λ = λ of (D.28)"
+    ),
+    "stretch_force": Variable(
+        _NODE,
+        "float32",
+        "force",
+        "force that does work where a section slides along the membrane",
+        "λ + K12 m1 − K11 m2, (D.58)",
+    ),
     "length": Variable(_ROD, "float64", "length", "length of the rod", "L(t)"),
     "growth_power": Variable(_ROD, "float64", "force*length/time", "energy gained by growth, per time", "dL/dt e(tip)"),
     "membrane_power": Variable(
@@ -102,6 +121,12 @@ FILAMENT_VARIABLES: dict[str, Variable] = {
     ),
     "load_moment": Variable(
         _NODE, "float32", "force", "moment on the membrane per length, about the tangent", "χ of (5.31), (D.33)"
+    ),
+    "end_load": Variable(
+        _END, "float64", "force", "force of the end sections on the membrane", "∓(λ, λ2, λ3) of (D.30), (D.32)", AXES
+    ),
+    "end_moment": Variable(
+        _END, "float64", "force*length", "moment of the end sections on the membrane", "∓m of (D.58)", AXES
     ),
     "constraint": Variable(_ROD, "float64", "length", "largest distance of a node to the membrane", "max |φ|/|∇φ|"),
     "orthogonality": Variable(_ROD, "float64", "1", "largest component of a tangent along the normal", "max |q·n|"),

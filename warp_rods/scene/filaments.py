@@ -38,6 +38,10 @@ class Placement(Table):
     )
 
 
+NO_TIP = ': filaments grow at free tips, and ends = ["clamped", "clamped"] has none: free one end, or leave growth out'
+"""The fault of a growth without a free tip."""
+
+
 class Growth(Table):
     """Growth at the tips, at a rate (length per time) until a final length, or to given lengths at given times."""
 
@@ -94,7 +98,15 @@ class Filaments(Ensemble):
                 vectors=("stiffness", "intrinsic", "drag"),
             ),
             *_node_faults(raw, good),
+            *_tip_faults(raw, good),
         ]
+
+
+def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Growth of filaments that have no free tip."""
+    if good.get("ends") != ("clamped", "clamped") or raw.get("growth") is None:
+        return []
+    return [fault(("growth",), raw["growth"], NO_TIP)]
 
 
 def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

@@ -39,18 +39,20 @@ class LawParameter:
 class Law:
     """An activity law: the name of its number in ``kernels/free/flagella.py``, and at most four parameters of its own.
 
-    The kernel gets them as ``parameters``, in this order.
+    The kernel gets them as ``parameters``, in this order. ``diffuses``: whether the flagellar field diffuses along the
+    rod; if not, the key ``diffusion`` plays no part.
     """
 
     kernel: str
     parameters: Mapping[str, LawParameter] = field(default_factory=dict)
+    diffuses: bool = True
 
 
 LAWS: dict[str, Law] = {
     "relaxing": Law("RELAXING"),
-    "held": Law("HELD"),
+    "held": Law("HELD", diffuses=False),
 }
-"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: diffusion only; f is constant for D = 0."""
+"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: f stays as it is at the start, whatever τf and D."""
 DEFAULT_LAW = "relaxing"
 """Not written into scenes that do not name a law, so that scenes of earlier versions keep their hash."""
 

@@ -17,4 +17,4 @@ def labelled(dataset: xr.Dataset) -> xr.Dataset:
     vectors = {name: today[name] for name in map(str, dataset.data_vars) if name in today and today[name].components}
     strains = [name for name, variable in vectors.items() if "strain_component" in variable.dims]
     dataset = dataset.assign({name: dataset[name].rename(axis="strain_component") for name in strains})
-    return dataset.assign_coords({v.dims[-1]: list(v.components) for v in vectors.values()})
+    return dataset.assign_coords({dim: list(labels) for v in vectors.values() for dim, labels in v.labels.items()})

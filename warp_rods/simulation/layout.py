@@ -11,7 +11,8 @@ import numpy as np
 
 from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
 from warp_rods.contact.barrier import barrier_warnings
-from warp_rods.contact.overlap import Space, overlapping, without_overlap
+from warp_rods.contact.overlap import overlapping, without_overlap
+from warp_rods.contact.segments import Space
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
@@ -20,21 +21,17 @@ from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
-from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
+from warp_rods.rods.step_limits import SAMPLES, StepLimit, filament_limits, wall_limit
 from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.surfaces import build_surfaces
 
-SWIMMER_STEP = 1e-3
-"""Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
 LARGEST_ANGLE = 0.3
 """Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
-LIMIT_SAMPLES = 400
-"""Points of the surface at which the orientation stiffness is evaluated."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -62,9 +59,9 @@ class Layout:
         return np.random.default_rng([self.scene.seed, *name.encode()])
 
     @property
-    def points(self) -> np.ndarray:
-        """Nodes [n, 3] of all ensembles so far."""
-        return np.concatenate([np.empty((0, 3)), *(e.position.reshape(-1, 3) for e in self.ensembles.values())])
+    def lines(self) -> list[np.ndarray]:
+        """Centre lines [rod, node, 3] of all ensembles so far."""
+        return [rods.position for rods in self.ensembles.values()]
 
 
 def lay_out(scene: Scene, device) -> Layout:
@@ -107,8 +104,7 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
             f"the box is {period:.3g} wide, less than the length of a swimmer plus the core: a swimmer may touch its "
             f"own image; make the box wider"
         )
-    lines = [rods.position for rods in layout.ensembles.values()]
-    pairs = overlapping(lines, CLOSE_START * steric.core, np.array(layout.scene.period))
+    pairs = overlapping(layout.lines, CLOSE_START * steric.core, np.array(layout.scene.period))
     if pairs:
         found.append(
             f"{pairs} pairs of rods start closer than {CLOSE_START:g} of the steric core, where the force between them "
@@ -145,7 +141,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
-        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
+        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0))
         limits.append(filament_limits(now, points, rods))
         coarse += _unresolved(now, table, points)
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
@@ -199,7 +195,7 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
         direction = placement.isotropic_directions(surface, position, rng)
         return (position, direction), build(position, direction, rods).position
 
-    space = Space(layout.points, np.array(layout.scene.period))
+    space = Space(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
@@ -213,7 +209,7 @@ def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
         table.nodes,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
-        shape=table.shape.model_dump(exclude_none=True),
+        shape=table.shape.model_dump(exclude_none=True) | {"seed": [layout.scene.seed, *table.name.encode()]},
         **placed,
         device=layout.device,
     )
@@ -224,7 +220,7 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
     shapes = {table.name: _free_rods(layout, table).position for table in tables}
     rng = layout.random(arrangement)
-    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.points, rng)
+    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.lines, rng)
     layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
     return poses
 
@@ -238,11 +234,26 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §3.9")
+    layout.limits[table.name] = layout.ensembles[table.name].step_limit
     wall = layout.scene.box and layout.scene.box.wall
+    if not (table.symmetric or layout.scene.steric or wall):
+        layout.notes += _symmetric_start(table, layout.ensembles[table.name])
     if wall:
         drag = float(np.min(table.drag_ratio))
         layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
+
+
+def _symmetric_start(table: Swimmers, rods: FreeRods) -> list[str]:
+    """A note if nothing but round-off can break the symmetry of swimmers."""
+    count = int(rods.symmetric_start.sum())
+    if not count:
+        return []
+    return [
+        f"{table.name}: {count} of {table.count} rods start with the symmetry under rotation by π, which the equations "
+        f"keep: where such a shape is unstable, round-off chooses the side to which it breaks, and the direction of "
+        f"swimming, and another step may reverse it. shape.perturbation = 1e-3 lets the seed choose; symmetric = true "
+        f"keeps the symmetry of even shapes"
+    ]
 
 
 BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}

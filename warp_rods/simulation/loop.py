@@ -140,7 +140,7 @@ class Simulation:
         before, hooks, self._hooks = self.state(), self._hooks, []
         self._surroundings.apply()
         for ensemble in self.ensembles.values():
-            ensemble.step(self.step_size)
+            ensemble.advance(self.step_size)
         self.variables()
         self.restore(before)
         self._hooks = hooks

@@ -17,8 +17,8 @@ from warp_rods.scene.tables import Time
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
-FORMAT = 2
-"""Of checkpoints: which arrays make up a state."""
+FORMAT = 3
+"""Of checkpoints: which arrays make up a state, and which variables its trajectory has."""
 PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
 
 

@@ -36,14 +36,13 @@ class GroupSpec:
     def shape(self, variable: Variable) -> tuple[int, ...]:
         """The shape of one frame of a variable."""
         sizes = {"rod": self.rods, "node": self.nodes}
-        if variable.components:
-            sizes[variable.dims[-1]] = len(variable.components)
+        sizes |= {dim: len(labels) for dim, labels in variable.labels.items()}
         return tuple(sizes[dim] for dim in variable.dims if dim != "frame")
 
     def labels(self) -> dict[str, tuple[str, ...]]:
         """The labels of each dimension that has labels."""
         variables = [*self.variables.values(), *(variable for variable, _ in self.static.values())]
-        return {variable.dims[-1]: variable.components for variable in variables if variable.components}
+        return {dim: labels for variable in variables for dim, labels in variable.labels.items()}
 
 
 def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:

@@ -22,6 +22,7 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import from_midpoint
 from warp_rods.rods.per_rod import each_rod
+from warp_rods.scene.flagella import DEFAULT_LAW
 from warp_rods.scene.swimmers import Swimmers
 
 DEFAULTS = {
@@ -33,6 +34,8 @@ PERTURBATION = 1e-2
 """Change of each unknown in five-point differences. The rates are cubic except for the denominator of the tension."""
 DIFFERENCES = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}
 """Offsets and weights of the fourth-order first difference."""
+KNOWN_LAWS = ("relaxing", "held")
+"""Laws whose fixed shapes can be sought."""
 NearbyParameters = Mapping[int, Mapping[str, float]]
 """Changed parameters at each offset of ``DIFFERENCES``."""
 BATCH = 512
@@ -69,14 +72,26 @@ class Swimmer:
 
     @classmethod
     def of(cls, table: Swimmers, rod: int = 0, planar: bool | None = None) -> Swimmer:
-        """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0."""
+        """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0.
+
+        With the law ``held`` its flagella keep their profile. Raises SceneError for another law than these two.
+        """
+        law = table.flagella.law or DEFAULT_LAW
+        if law not in KNOWN_LAWS:
+            raise SceneError(
+                f'flagella.law = "{law}": fixed shapes are found for the laws {", ".join(KNOWN_LAWS)} only'
+            )
         of_flagella = ("relaxation", "diffusion")
         values = {
             name: each_rod(getattr(table.flagella if name in of_flagella else table, name), table.count)[rod]
             for name in PARAMETERS
         }
         flat = bool(values["moment"] == 0) if planar is None else planar
-        return cls(table.nodes, values, planar=flat, symmetric=table.symmetric)
+        held = None
+        if law == "held":
+            s = np.linspace(-0.5, 0.5, table.nodes)
+            held = tuple(Flagella.read(table.flagella.model_dump()).start(s, table.count)[rod].tolist())
+        return cls(table.nodes, values, planar=flat, symmetric=table.symmetric, held=held)
 
     def with_parameters(self, **parameters: float) -> Swimmer:
         """The same swimmer with other values of some parameters."""

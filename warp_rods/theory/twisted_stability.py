@@ -22,7 +22,8 @@ def growth_rates(
     The Jacobian comes from one evaluation of a batch with one rod for each perturbed component. Dashed in Fig 4.2b.
     """
     fixed = {"bend": np.array([bend]), "twist": np.array([twist]), "moment": np.array([moment])}
-    twist_profile = initial_strain({"kind": "writhe", "amplitude": 0.0}, nodes, fixed)[0, :, 0] * 10 / sharpness
+    flagella = Flagella(law="held", sharpness=sharpness)
+    twist_profile = initial_strain({"kind": "writhe", "amplitude": 0.0}, nodes, fixed, flagella)[0, :, 0]
     inner = nodes - 2
     bishop = np.zeros((2 * inner, nodes), dtype=complex)
     bishop[np.arange(inner), 1 + np.arange(inner)] = AMPLITUDE
@@ -31,7 +32,7 @@ def growth_rates(
     strain = np.stack([np.broadcast_to(twist_profile, bishop.shape), material.real, material.imag], axis=-1)
     rods = FreeRods(
         2 * inner, nodes, bend=bend, twist=twist, moment=moment, drag_ratio=drag_ratio, rotational_drag=rotational_drag,
-        flagella=Flagella(law="held", diffusion=0.0, sharpness=sharpness), shape=strain, device="cpu",
+        flagella=flagella, shape=strain, device="cpu",
     )  # fmt: skip
     rate = rods.rates()["bending_rate"][:, 1:-1] / AMPLITUDE
     jacobian = np.concatenate([rate.real, rate.imag], axis=1).T

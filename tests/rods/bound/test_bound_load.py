@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from examples.bound import LENGTH, compatible_turn, order, read, smooth_filaments, twin_rod, twin_state
 from reference import bound as twin
 
+import warp_rods as wr
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 
@@ -103,3 +105,94 @@ def test_great_circle_at_rest_pushes_its_membrane_outwards(device):
     outwards = rods.position[0] / R
     np.testing.assert_allclose(found["load"][0], m2 / R**2 * outwards, atol=1e-11 * m2)
     assert found["dissipation"][0] < 1e-18
+
+
+def frame_of(rods) -> xr.Dataset:
+    """The present frame of an ensemble as a dataset of one frame, in double precision."""
+    values = rods.variables()
+    return xr.Dataset({name: (rods.saved[name].dims, value[None]) for name, value in values.items()})
+
+
+def on_membrane(rods) -> np.ndarray:
+    """Force and torque on the membrane, as measured [force or torque, rod, 3]."""
+    found = wr.measure(frame_of(rods), "force_on_membrane", "torque_on_membrane")
+    return np.stack([found.force_on_membrane[0], found.torque_on_membrane[0]])
+
+
+def test_great_circle_at_rest_exerts_no_net_force_and_torque(device):
+    """Its ends press with −m2/R along the tangent and with the couple m2: as much as the whole density does."""
+    R, sigma, B2, errors = 0.8, np.array([0.4, -0.5, 0.0]), 1.3, []
+    m1, m2 = 0.7 * (0.0 - sigma[0]), B2 * (1 / R - sigma[1])
+    for nodes in (17, 33, 65):
+        rods = BoundRods(
+            surfaces.make("sphere", {"radius": R}), [[0.5, 0.3, 0.6]], [[0.2, 0.9, -0.4]],
+            nodes=nodes, length=1.1, stiffness=[0.7, B2, 0.9], intrinsic=sigma, drag=[1.0, 2.0, 0.3], device=device,
+        )  # fmt: skip
+        q, q1, _ = np.moveaxis(rods.rotation[0, [0, -1]], -1, 0)
+        sign = np.array([[1.0], [-1.0]])
+        # K11 = K22 = −1/R, K12 = 0: λ = −m2/R, λ2 = −K22 m1 = m1/R, λ3 = 0.
+        np.testing.assert_allclose(rods.end_load[0], sign * (-m2 * q + m1 * q1) / R, atol=1e-11)
+        np.testing.assert_allclose(rods.end_moment[0], sign * (m1 * q + m2 * q1), atol=1e-11)
+        np.testing.assert_allclose(rods.stretch_force[0], 0.0, atol=1e-11)
+        assert np.linalg.norm(twin.total(rods.variables()["load"][0], 1.1 / (nodes - 1))) > 1.0  # without its ends
+        force, torque = np.linalg.norm(on_membrane(rods), axis=-1)[:, 0]
+        assert torque < 1e-11
+        errors.append(force)
+    assert order(np.array([16, 32, 64]), errors) == pytest.approx(2.0, abs=0.2)
+
+
+def balance_error(rods, b, nodes, kind="torus") -> np.ndarray:
+    """|force and torque on the membrane − those of the external force and of minus the drag| of one rod."""
+    rod, state, K = twin_rod(kind, b, nodes), twin_state(rods, b), read(rods, "curvature")[b]
+    drag = drag_force(rods, b, rod, state)
+    u1, u2 = (drag / [rod.drag[0], rod.drag[1], 1.0]).T[:2]
+    q, r = state.rotation[:, :, 0], state.position
+    f = rods.force[b] - np.einsum("nij,nj->ni", state.rotation, drag)
+    couple = -rod.drag[2] * (K[:, 1] * u1 + K[:, 2] * u2)
+    free = np.stack([twin.total(f, rod.spacing), twin.total(np.cross(r, f) + couple[:, None] * q, rod.spacing)])
+    return np.linalg.norm(on_membrane(rods)[:, b] - free, axis=-1)
+
+
+def test_stretch_force_is_the_force_that_does_work_along_the_membrane(device):
+    """λ + K12 m1 − K11 m2; it vanishes at free ends, where the tension does not."""
+    rods = smooth_filaments("torus", 33, device, [compatible_turn("torus", rod) for rod in range(len(LENGTH))])
+    rods.evaluate()
+    K, m = rods.curvature, read(rods, "moment")
+    expected = rods.tension + K[..., 1] * m[..., 0] - K[..., 0] * m[..., 1]
+    np.testing.assert_allclose(rods.stretch_force, expected, rtol=0, atol=1e-12)
+    assert np.abs(rods.stretch_force[:, [0, -1]]).max() < 1e-12
+    assert np.abs(rods.tension[:, [0, -1]]).min() > 0.01
+
+
+@pytest.mark.parametrize("kind", ["torus", "cassini"])
+def test_what_a_filament_feels_it_passes_on_to_its_membrane(kind, device):
+    """External force less drag is the force on the membrane, and so for the torque; bent filaments that move."""
+    turns = [compatible_turn(kind, rod) for rod in range(len(LENGTH))]
+    errors = []
+    for nodes in NODES:
+        rods = smooth_filaments(kind, nodes, device, turns)
+        rods.evaluate()
+        errors.append(np.concatenate([balance_error(rods, b, nodes, kind) for b in range(rods.count)]))
+    assert order(np.array(NODES) - 1, errors) == pytest.approx(np.full(4, 2.0), abs=0.2)
+
+
+def test_after_steps_the_balance_is_of_second_order(device):
+    """Whatever Ω at the ends was at the start: also for a filament with a clamped end."""
+    for ends in (("free", "free"), ("clamped", "free")):
+        errors = []
+        for nodes in (33, 65, 129):
+            rods = BoundRods(
+                surfaces.make("ellipsoid", {"radii": [1.0, 1.4, 0.8]}), [[0.5, 0.7, 0.5]], [[0.4, 0.8, -0.3]],
+                nodes=nodes, length=0.9, stiffness=[0.6, 0.9, 1.1], intrinsic=[0.5, 0.3, 0.4], drag=[1.0, 2.0, 0.3],
+                ends=ends, device=device,
+            )  # fmt: skip
+            rods.force = [0.3, -0.2, 0.5]
+            rods.step(2e-4, 1000)
+            values, R = rods.variables(), rods.rotation[0]
+            u1, u2 = rods._f.velocity_along.numpy()[0], rods._f.velocity_across.numpy()[0]
+            u1 = np.concatenate([[1.5 * u1[0] - 0.5 * u1[1]], (u1[1:-1] + u1[:-2]) / 2, [1.5 * u1[-2] - 0.5 * u1[-3]]])
+            drag = u1[:, None] * R[:, :, 0] + 2.0 * u2[:, None] * R[:, :, 1]
+            expected = twin.total(np.array([0.3, -0.2, 0.5]) - drag, values["length"][0] / (nodes - 1))
+            assert np.linalg.norm(expected) > 0.1
+            errors.append(np.linalg.norm(on_membrane(rods)[0, 0] - expected))
+        assert order(np.array([32, 64, 128]), np.array(errors)) == pytest.approx(2.0, abs=0.25)

@@ -10,11 +10,23 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound import growth
 from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.scene.scene import Scene
 
 ORDER = pytest.approx(2.0, abs=0.2)
 CLAMPED = {"at": "start", "ends": ("clamped", "free")}
 TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
 PARAMETERS = {"stiffness": (1.0, 1.2, 0.8), "intrinsic": (0.7, 1.0, 0.3), "drag": (1.0, 2.0, 0.3)}
+
+
+SITE = {
+    "surface": {"kind": "torus", "major": 1.0, "minor": 0.4},
+    "filaments": [
+        {"name": "f", "count": 1, "nodes": 17, "length": 0.6, "stiffness": [1, 1, 1], "drag": [1, 2, 0.3],
+         "ends": ["clamped", "clamped"],
+         "placement": {"at": "start", "position": [[1.4, 0, 0]], "direction": [[0, 1, 0]]}}
+    ],
+    "time": {"end": 1.0},
+}  # fmt: skip
 
 
 def on_torus(nodes: int, device: str = "cpu", **changes) -> BoundRods:
@@ -134,6 +146,55 @@ def test_refinement_during_growth_to_four_times_the_length_is_smooth():
     refined, expected = np.array(energies).T
     np.testing.assert_allclose(refined, expected, rtol=3e-3)
     np.testing.assert_allclose(rods.variables()["position"][0], fine.position[0, ::4], atol=2e-4)
+
+
+@pytest.mark.parametrize("ends", [("free", "free"), ("clamped", "free"), ("free", "clamped")])
+@pytest.mark.parametrize("nodes", [16, 17])
+def test_refinement_moves_no_node(nodes, ends):
+    """Nodes stay where they are, even numbers of them too; to the accuracy of the frames, not by half a cell."""
+    rods = on_torus(nodes, ends=ends, growth={"rate": 1.5, "until": 2.4})
+    rods.step(1e-3, 50)
+    before, middle, gauss = rods.position[0], rods.position[0, rods.middle], rods.variables()["gauss"]
+    frame = rods.rotation[0, rods.tracked], rods.position[0, rods.tracked]
+    rods.refine()
+    np.testing.assert_allclose(rods.rotation[0, rods.tracked], frame[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(rods.position[0, rods.tracked], frame[1], rtol=0, atol=1e-8)
+    cell = 0.7 / (nodes - 1)
+    assert np.linalg.norm(rods.position[0, ::2] - before, axis=-1).max() < 0.03 * cell
+    assert np.linalg.norm(rods.position[0, rods.middle] - middle) < 0.03 * cell
+    np.testing.assert_allclose(rods.variables()["gauss"], gauss, rtol=0.02)
+
+
+def test_both_tips_keep_their_shares_of_the_growth_through_a_refinement():
+    """Of an even number of nodes too: the same motion as without refinement, to second order in Δs."""
+    grown, errors = {"rate": 1.5, "until": 2.4}, []
+    for nodes in (16, 32, 64):
+        rods, other = (on_torus(nodes, ends=("free", "free"), growth=grown) for _ in range(2))
+        other.step(2e-4, 500)
+        other.refine()
+        for r, steps in ((rods, 1000), (other, 500)):
+            r.step(2e-4, steps)
+        errors.append(np.linalg.norm(rods.position[0] - other.position[0, ::2], axis=-1).max())
+    assert np.polyfit(np.log([15, 31, 63]), np.log(errors), 1)[0] < -1.8
+    assert errors[-1] < 1e-3
+
+
+def test_refinement_keeps_an_external_force():
+    rods = on_torus(17, growth={"rate": 1.5, "until": 2.4, "spacing": 0.06})
+    s = np.linspace(0, 1, 17)
+    rods.force = np.stack([s, 2 - 3 * s, 0.5 + 0 * s], axis=-1)[None]
+    rods.step(2e-3, 200)
+    fine = np.linspace(0, 1, 33)
+    np.testing.assert_allclose(rods.force[0], np.stack([fine, 2 - 3 * fine, 0.5 + 0 * fine], axis=-1), atol=1e-15)
+
+
+def test_growth_between_two_clamped_ends_is_refused():
+    said = r'growth: filaments grow at free tips, and ends = \["clamped", "clamped"\] has none: free one end'
+    with pytest.raises(SceneError, match=said):
+        on_torus(17, ends=("clamped", "clamped"), growth={"rate": 1.0, "until": 2.0})
+    with pytest.raises(SceneError, match=r"filaments\[0\]\." + said):
+        Scene.parse(SITE | {"filaments": [SITE["filaments"][0] | {"growth": {"rate": 1.0, "until": 2.0}}]})
+    Scene.parse(SITE)
 
 
 def test_a_refined_state_continues_with_the_same_bits():

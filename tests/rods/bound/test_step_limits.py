@@ -7,7 +7,10 @@ import pytest
 
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.step_limits import filament_limits, orientation_limit, orientation_stiffness
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation import Simulation
 
 TORUS = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
 CYLINDER = surfaces.make("cylinder", {"radius": 1.0})
@@ -65,6 +68,37 @@ def test_the_scheme_is_stable_below_the_bound_and_unstable_at_three_times_it(ben
     assert relaxed(0.3, bend, geodesic)
     assert relaxed(0.9, bend, geodesic)
     assert not relaxed(3.0, bend, geodesic)
+
+
+def test_a_loop_of_ones_own_is_told_that_its_step_is_too_long(caplog):
+    """Above its bound the filament swings for ever, with a thousand times the energy that it has at rest."""
+    energies = []
+    for fraction in (0.9, 3.0):
+        rods = near_circumference(10.0, 1.0)
+        bound = filament_limits(CYLINDER, np.array([[1.0, 0, 0]]), rods)
+        assert rods.step_limit.step == pytest.approx(bound.step, rel=1e-12)
+        rods.step(fraction * rods.step_limit.step, int(500 / fraction))
+        energies.append(float(rods.energy[0] - 0.5 * 10.0 * (1 - 1.2) ** 2 * 1.2))
+        assert len(caplog.messages) == (fraction > 1)
+    assert energies[1] > 1000 * abs(energies[0])
+
+
+def test_a_run_says_it_in_its_own_words_only(caplog):
+    """The bound of a run is that of its ensembles; what contact and warming up do is not a loop of one's own."""
+    filament = {"name": "f", "count": 1, "nodes": 17, "length": 1.0, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+    table = {"surface": {"kind": "torus", "major": 1.0, "minor": 0.4}, "filaments": [filament]}
+    simulation = Simulation(Scene.parse(table | {"time": {"end": 1.0, "step": 0.5}}), "cpu")
+    simulation.warm_up()
+    list(simulation.to_next_frame())
+    (warning,) = simulation.warnings
+    assert f"above {simulation.ensembles['f'].step_limit.step:.3g}, the bound for f" in warning
+    assert not caplog.messages
+
+
+def test_passive_free_rods_have_no_bound(caplog):
+    rods = FreeRods(1, 17, bend=1.0, twist=1.0, flagella=None, shape={"kind": "mode", "amplitude": 1e-3})
+    rods.step(1.0)
+    assert rods.step_limit.step == np.inf and not caplog.messages
 
 
 def test_without_orientation_stiffness_there_is_no_bound():

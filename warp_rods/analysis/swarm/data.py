@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from warp_rods.analysis.described import described, lengths, need
+from warp_rods.analysis.described import described, lengths, need, without_failed
 from warp_rods.progress import with_progress
 
 THIN = 0.5
@@ -61,13 +61,7 @@ def surviving(dataset: xr.Dataset) -> xr.Dataset:
     Raises ValueError where all failed, or where there is no position.
     """
     need(dataset, "position")
-    if "status" not in dataset:
-        return dataset
-    kept = np.flatnonzero(dataset["status"].isel(frame=-1).to_numpy() == 0)
-    if not len(kept):
-        raise ValueError("all rods failed: nothing is left to measure")
-    numbers = dataset["rod"].to_numpy()
-    return dataset if len(kept) == len(numbers) else dataset.isel(rod=kept).assign_coords(rod=numbers[kept])
+    return without_failed(dataset)
 
 
 def space(dataset: xr.Dataset, dimensions: int | None = None) -> Space:

@@ -77,7 +77,7 @@ def shape_of(dataset: xr.Dataset) -> xr.DataArray:
 
 def _snapshot(frames: xr.Dataset) -> Snapshot:
     s = frames["s"].to_numpy()
-    k = bending(frames, twist_free=True) * lengths(frames)[:, None]
+    k = bending(frames, twist_free=True) * lengths(frames)[..., None]
     square = sum(modes.coefficients(part, s, MODES) ** 2 for part in (k.real, k.imag))
     folded = np.trapezoid(np.abs(k), s, axis=-1) > 2 * np.pi
     found = np.zeros(folded.shape)

@@ -1,4 +1,4 @@
-"""The load on the membrane in a USD stage: force per length of the filaments, drawn as arrows.
+"""The load on the membrane in a USD stage, drawn as arrows: force per length of the filaments, and force of their ends.
 
 An arrow is one linear curve, base – neck – neck – tip, whose widths form its head. Readers that draw the rods draw the
 arrows too. They have the purpose "guide", as hundreds of arrows would hide the rods; usdview (Display › Display
@@ -20,22 +20,27 @@ _QUANTILE, _LENGTH = 0.95, 0.08  # length of the arrow at this quantile of |load
 _POINTS = np.array([0.0, 0.7, 0.7, 1.0])  # base, neck (twice) and tip along the arrow
 _WIDTHS = np.array([0.05, 0.05, 0.15, 0.0])  # widths there, in lengths of the arrow at that quantile
 _COLOUR = (0.80, 0.10, 0.02)  # does not occur in the colour map of the energy
-_DOCUMENTATION = "force per length of the filaments on the membrane: −ν, −χ of (5.31), (5.32)"
+_DOCUMENTATION = {
+    "load": "force per length of the filaments on the membrane: −ν, −χ of (5.31), (5.32)",
+    "end_load": "force of both end sections of the filaments on the membrane: ∓(λ, λ2, λ3) of (D.30), (D.32)",
+}
+"""Variables that are drawn; each has a scale of its own, as their units differ."""
 
 
 def draw_loads(stage: Any, ensembles: dict[str, xr.Dataset], size: float, material: Any) -> None:
-    """Arrows for each ensemble whose load is not zero, with one scale for all ensembles and frames.
+    """Arrows of each variable for each ensemble where it is not zero, with one scale for all ensembles and frames.
 
     An arrow at the 0.95 quantile of |load| has 0.08 times ``size``, the size of the membrane.
     """
-    magnitudes = {name: _magnitudes(data["load"]) for name, data in ensembles.items() if "load" in data}
-    loaded = {name: load for name, load in magnitudes.items() if load.any()}
-    if not loaded:
-        return
-    every = np.concatenate(list(loaded.values()))
-    typical = float(np.quantile(every, _QUANTILE)) or float(every.max())
-    for name in loaded:
-        _draw_load(stage, name, ensembles[name], typical, _LENGTH * size, material)
+    for variable in _DOCUMENTATION:
+        magnitudes = {name: _magnitudes(data[variable]) for name, data in ensembles.items() if variable in data}
+        loaded = {name: load for name, load in magnitudes.items() if load.any()}
+        if not loaded:
+            continue
+        every = np.concatenate(list(loaded.values()))
+        typical = float(np.quantile(every, _QUANTILE)) or float(every.max())
+        for name in loaded:
+            _draw_load(stage, name, ensembles[name], variable, typical, _LENGTH * size, material)
 
 
 def _magnitudes(load: xr.DataArray) -> np.ndarray:
@@ -49,22 +54,27 @@ def _arrow_nodes(nodes: int) -> np.ndarray:
     return np.linspace(0, nodes - 1, max(3, (nodes - 1) // _SPACING + 1)).round().astype(int)
 
 
-def _draw_load(stage: Any, name: str, data: xr.Dataset, typical: float, length: float, material: Any) -> None:
+def _draw_load(
+    stage: Any, name: str, data: xr.Dataset, variable: str, typical: float, length: float, material: Any
+) -> None:
     """The arrows of one ensemble at every frame; a load of size ``typical`` has an arrow of this ``length``."""
     from pxr import Gf, Tf, UsdGeom, Vt
 
-    rods, nodes = data.sizes["rod"], _arrow_nodes(data.sizes["node"])
-    path = f"/World/Loads/{Tf.MakeValidIdentifier(name)}_load"
+    at_ends = "end" in data[variable].dims
+    rods, last = data.sizes["rod"], data.sizes["node"] - 1
+    nodes = np.array([0, last]) if at_ends else _arrow_nodes(last + 1)
+    path = f"/World/Loads/{Tf.MakeValidIdentifier(name)}_{variable}"
     arrows = linear_curves(stage, path, np.full(rods * len(nodes), len(_POINTS)), material)
     arrows.CreatePurposeAttr(UsdGeom.Tokens.guide)
     arrows.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(*_COLOUR)])
-    arrows.GetPrim().SetDocumentation(_DOCUMENTATION)
+    arrows.GetPrim().SetDocumentation(_DOCUMENTATION[variable])
     arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", length / typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
     base, load = np.zeros((2, rods, len(nodes), 3))
-    for frame in with_progress(range(data.sizes["frame"]), f"USD: load of {name}"):
+    for frame in with_progress(range(data.sizes["frame"]), f"USD: {variable} of {name}"):
         now = data.isel(frame=frame)
-        position, force = now.position.values[:, nodes], now["load"].values[:, nodes]
+        values = now[variable].values
+        position, force = now.position.values[:, nodes], values if at_ends else values[:, nodes]
         valid = np.isfinite(position + force).all(axis=(1, 2), keepdims=True)
         base, load = np.where(valid, position, base), np.where(valid, force, load)  # failed rods as drawn
         points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (length / typical)

@@ -19,6 +19,7 @@ SCALARS = (
     *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
     *("tension", "velocity_along", "velocity_across", "geodesic_rate"),
 )
+ENDS = 2
 PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 
 
@@ -41,13 +42,15 @@ def allocate(
     parameters: Mapping[str, np.ndarray],
     nodes: int,
     clamped: tuple[bool, bool],
+    tracked: int,
     knots: Any,
     membrane_moves: bool,
     device,
 ) -> Arrays:
     """Arrays for filaments with these ``parameters`` {length: [rod], stiffness, intrinsic, drag: [rod, 3]}.
 
-    knots: (time, length), each [rod, knot], length against time. membrane_moves: whether the membrane moves. All
+    tracked: the node whose frame is advanced in time. knots: (time, length), each [rod, knot], length against time.
+    membrane_moves: whether the membrane moves. All
     other arrays are zero.
     """
     count = len(parameters["length"])
@@ -55,7 +58,7 @@ def allocate(
     growth = Growth()
     growth.time, growth.length = (wp.array(k, dtype=wp.float64, device=device) for k in knots)
     return Arrays(
-        f=_filaments(parameters, nodes, clamped, membrane_moves, device),
+        f=_filaments(parameters, nodes, clamped, tracked, membrane_moves, device),
         past=_history(*shape, device),
         growth=growth,
         bands=[per_node(*shape, wp.float64, device) for _ in range(5)],
@@ -69,13 +72,21 @@ def allocate(
             "energy_density": per_node(*shape, wp.float64, device),
             "load": per_node(*shape, wp.vec3d, device),
             "load_moment": per_node(*shape, wp.float64, device),
+            "stretch_force": per_node(*shape, wp.float64, device),
+            "end_load": per_node(count, ENDS, wp.vec3d, device),
+            "end_moment": per_node(count, ENDS, wp.vec3d, device),
             "orientation": per_node(*shape, wp.quatd, device),
         },
     )
 
 
 def _filaments(
-    parameters: Mapping[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], membrane_moves: bool, device: Any
+    parameters: Mapping[str, np.ndarray],
+    nodes: int,
+    clamped: tuple[bool, bool],
+    tracked: int,
+    membrane_moves: bool,
+    device: Any,
 ) -> Any:
     count = len(parameters["length"])
     shape = (count, nodes)
@@ -84,7 +95,7 @@ def _filaments(
     for name in ("stiffness", "intrinsic", "drag"):
         setattr(f, name, wp.array(parameters[name], dtype=wp.vec3d, device=device))
     f.start_clamped, f.end_clamped = map(int, clamped)
-    f.tracked = tracked_node(nodes, clamped)
+    f.tracked = tracked
     f.growth_rate = per_rod(count, wp.float64, device)
     f.status = per_rod(count, wp.int32, device)
     f.rotation = per_node(*shape, wp.mat33d, device)

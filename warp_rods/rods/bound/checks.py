@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.per_rod import count_of, parameter
+from warp_rods.scene.filaments import NO_TIP
 
 if TYPE_CHECKING:
     from warp_rods.rods.bound.rods import BoundRods
@@ -77,6 +78,8 @@ def check(
             "ends: must be free on a moving membrane: φ does not determine how a clamped end moves along the membrane, "
             "nor how its tangent turns"
         )
+    if growth is not None and tuple(ends) == ("clamped", "clamped"):
+        raise SceneError(f"growth{NO_TIP}")
     spacing = growth.get("spacing") if growth is not None else None
     if spacing and (rods.length / (rods.nodes - 1) > spacing).any():
         raise SceneError(f"growth.spacing = {spacing:g}: Δs is larger at the start; use more nodes")

@@ -10,7 +10,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.bound import energy, frames, linear_systems, load, rod, step
 from warp_rods.membranes.surfaces import INSTANT, Surface
-from warp_rods.rods.bound.arrays import Arrays, slice_arrays
+from warp_rods.rods.bound.arrays import ENDS, Arrays, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
@@ -19,8 +19,8 @@ from warp_rods.rods.slices import thread_slices
 class BoundLaunches:
     """``evaluate``: velocities and rates; ``advance``: a step; ``find_output``: the variables of a frame."""
 
-    def __init__(self, arrays: Arrays, surface: Surface, clock: Clock):
-        self.arrays, self.clock = arrays, clock
+    def __init__(self, arrays: Arrays, surface: Surface, clock: Clock, middle: int):
+        self.arrays, self.clock, self.middle = arrays, clock, middle
         self.rods, self.nodes = arrays.f.geodesic.shape
         self.device = arrays.f.geodesic.device
         self._membrane = surface
@@ -111,7 +111,10 @@ class BoundLaunches:
         self._launch(energy.find_orientations, grid, f, output["orientation"])
         self._launch(load.find_normal_shear, grid, f, a.normal_shear)
         self._launch(load.find_load, grid, f, a.normal_shear, output["load"], output["load_moment"])
+        end_loads = (output["end_load"], output["end_moment"])
+        self._launch(load.find_end_loads, (self.rods, ENDS), f, a.normal_shear, *end_loads)
+        self._launch(load.find_stretch_force, grid, f, output["stretch_force"])
         if self._membrane.moving:
             self._launch(load.find_membrane_power, self.rods, f, a.normal_shear, output["membrane_power"])
-        self._launch(load.find_midpoint_gauss, self.rods, f, self.nodes // 2, output["gauss"])
+        self._launch(load.find_midpoint_gauss, self.rods, f, self.middle, output["gauss"])
         self._launch(self._surface.residuals, self.rods, f, self._parameters, output["residuals"])

@@ -15,6 +15,7 @@ from warp_rods.rods.readings import Reading, Readings
 COMPUTED = (
     *("orientation", "energy_density", "energy", "dissipation", "gauss"),
     *("growth_power", "membrane_power", "load", "load_moment"),
+    *("end_load", "end_moment", "stretch_force"),
 )
 """Variables that are output of the kernels; the others are part of the state or follow from it on the host."""
 
@@ -76,6 +77,21 @@ class BoundReadings(Readings):
     def rotation(self) -> np.ndarray:
         """Directors as columns (q, n×q, n) [rod, node, 3, 3]."""
         return self.reading("rotation")
+
+    @property
+    def end_load(self) -> np.ndarray:
+        """Force of the first and the last section on the membrane [rod, end, 3]."""
+        return self.reading("end_load")
+
+    @property
+    def end_moment(self) -> np.ndarray:
+        """Moment of the first and the last section on the membrane [rod, end, 3]."""
+        return self.reading("end_moment")
+
+    @property
+    def stretch_force(self) -> np.ndarray:
+        """λ + K12 m1 − K11 m2 [rod, node]: the force that does work where a section slides along the membrane."""
+        return self.reading("stretch_force")
 
     @property
     def curvature(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,12 +13,13 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound import growth as growth_tables
-from warp_rods.rods.bound.arrays import allocate
+from warp_rods.rods.bound.arrays import allocate, tracked_node
 from warp_rods.rods.bound.checks import check, geodesic_curvatures, parameters_of, rows_of_three
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Parameter
+from warp_rods.rods.step_limits import StepLimit, membrane_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate", "force")
@@ -79,15 +81,20 @@ class BoundRods(BoundReadings, Ensemble):
 
     @property
     def middle(self) -> int:
-        """The index of the middle node."""
-        return self.nodes // 2
+        """The index of the middle node; after a refinement that of the same point of the rod."""
+        return self.stride * (self._saved_nodes // 2)
+
+    @property
+    def tracked(self) -> int:
+        """The index of the node whose frame is advanced in time; after a refinement that of the same point."""
+        return self.stride * tracked_node(self._saved_nodes, self.clamped)
 
     def _allocate(self) -> None:
         self._arrays = allocate(
-            self._parameters, self.nodes, self.clamped, self.growth, self.surface.moving, self.device
+            self._parameters, self.nodes, self.clamped, self.tracked, self.growth, self.surface.moving, self.device
         )
         self._f, self._past = self._arrays.f, self._arrays.past
-        self._launches = BoundLaunches(self._arrays, self.surface, self._clock)
+        self._launches = BoundLaunches(self._arrays, self.surface, self._clock, self.middle)
 
     def _place(self, position: np.ndarray, direction: np.ndarray, geodesic: np.ndarray, node: int) -> None:
         """Set the frame of one node to the given position and direction, and the others from it outwards."""
@@ -118,6 +125,11 @@ class BoundRods(BoundReadings, Ensemble):
     def take_step(self) -> None:
         """Launch one step of the length given to ``set_step``."""
         self._launches.advance(self.time + self._clock.step)
+
+    @functools.cached_property
+    def step_limit(self) -> StepLimit:  # type: ignore[override]
+        """The largest stable step on the surface as it was at the first call, and the formula that gives it."""
+        return membrane_limit(self.surface.at(self.time), self)
 
     @property
     def recordable(self) -> bool:

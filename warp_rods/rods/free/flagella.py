@@ -19,6 +19,8 @@ from warp_rods.scene.flagella import LAWS, PROFILES
 
 MOST_LAW_PARAMETERS = 4
 """The kernels take this many parameters of a law."""
+BALANCED = 1e-9
+"""A larger ∫ f ds over a rod is not regarded as round-off."""
 RULES = {"any number": "any finite number", "positive": "positive", "zero or more": "zero or more"}
 """Condition on a parameter of a law → the rule of ``per_rod``."""
 
@@ -27,9 +29,10 @@ RULES = {"any number": "any finite number", "positive": "positive", "zero or mor
 class Flagella:
     """The flagellar field of an ensemble: profile at the start, law and parameters, dimensionless.
 
-    relaxation τf > 0, diffusion D ≥ 0: one number for all rods or one for each. profile: a name in ``PROFILES``, a
-    function of s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the profile ``tanh``. law: a name in
-    ``LAWS``; numbers: the parameters of that law by name. Raises SceneError for an unknown law or parameter.
+    relaxation τf > 0, diffusion D ≥ 0: one number for all rods or one for each; the law ``held`` has no diffusion.
+    profile: a name in ``PROFILES``, a function of s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the
+    profile ``tanh``. law: a name in ``LAWS``; numbers: the parameters of that law by name. Raises SceneError for an
+    unknown law or parameter.
     """
 
     relaxation: Any = 1e-2
@@ -82,6 +85,32 @@ class Flagella:
             raise SceneError("flagella.profile: must be finite at every node")
         return np.ascontiguousarray(values)
 
+    def balancing_twist(self, s: np.ndarray, ratio: np.ndarray, times: float = 1.0) -> np.ndarray:
+        """Twist [rod, node] at which c τ' + M f = 0 for f at the start, zero at both ends, multiplied by ``times``.
+
+        ratio: M/c [rod, 1]. (M/c) log(cosh(a s)/cosh(a/2))/a for the profile ``tanh`` of sharpness a, otherwise
+        −(M/c) ∫ f ds from the first node, by the trapezoid rule. Raises SceneError where ∫ f ds over the rod is not
+        zero, as the ends are free of moments.
+        """
+        if isinstance(self.profile, str) and self.profile == "tanh":
+            a = self.sharpness
+            log_cosh = np.logaddexp(a * s, -a * s) - np.logaddexp(a / 2, -a / 2)
+            return ratio * log_cosh / (a / times)
+        f = self.start(s, len(ratio))
+        total = np.pad(np.cumsum((f[:, 1:] + f[:, :-1]) / 2 * np.diff(s), axis=1), ((0, 0), (1, 0)))
+        left = ratio[:, 0] * total[:, -1]
+        if (wrong := np.abs(left) > BALANCED * np.abs(ratio[:, 0])).any():
+            raise SceneError(
+                f"shape: no twist balances the active moment of rod {np.argmax(wrong)}, as ∫ f ds = "
+                f"{total[np.argmax(wrong), -1]:.3g} along the rod: use odd flagella, moment = 0, or another shape"
+            )
+        return -ratio * total * times
+
+    @property
+    def effective_diffusion(self) -> Any:
+        """D, or 0 for a law without diffusion."""
+        return self.diffusion if LAWS[self.law].diffuses else 0.0
+
     @property
     def law_index(self) -> int:
         """The number of the law in the kernels."""
@@ -96,5 +125,5 @@ class Flagella:
         return values
 
 
-PASSIVE = Flagella(profile=np.zeros_like, diffusion=0.0, law="held")
+PASSIVE = Flagella(profile=np.zeros_like, law="held")
 """No flagella: f = 0 at all times."""

@@ -14,11 +14,12 @@ from warp_rods.kernels.free.output import force_field
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Parameter
 from warp_rods.rods.free.arrays import SHAPE, allocate
-from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points
+from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
+from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
@@ -49,7 +50,7 @@ class FreeRods(FreeReadings, Ensemble):
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
     rotational_drag = Parameter("Rotational drag ηr [rod].")
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
-    diffusion = Parameter("Diffusion D of the flagellar field [rod].")
+    diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
 
     def __init__(
         self,
@@ -73,7 +74,7 @@ class FreeRods(FreeReadings, Ensemble):
         self.flagella, self.symmetric = Flagella.read(flagella), bool(symmetric)
         given = {"bend": bend, "twist": twist, "moment": moment, "drag_ratio": drag_ratio}
         given |= {"rotational_drag": rotational_drag}
-        given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.diffusion}
+        given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.effective_diffusion}
         super().__init__(count, nodes, parameters_of(given, count), device)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
@@ -89,9 +90,12 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
-        strain = initial_strain(shape, self.nodes, self._parameters)
+        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
+        self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity)
+        """Whether each rod starts with the symmetry (C.49) up to round-off [rod]."""
+        self._passive = self.flagella.law == "held" and not activity.any()
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)
         now, midpoint = self._arrays.now, self._arrays.midpoint
@@ -128,6 +132,11 @@ class FreeRods(FreeReadings, Ensemble):
     def version(self) -> object:
         """An object that is replaced when device arrays are."""
         return self._launches.version
+
+    @property
+    def step_limit(self) -> StepLimit:
+        """The largest stable step; empirical, for swimmers only."""
+        return swimmer_limit(self._passive)
 
     def _apply_external(self) -> None:
         if self._external is None:

@@ -9,46 +9,52 @@ from typing import Any
 import numpy as np
 
 from warp_rods.errors import SceneError, named, refuse_unknown
+from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import parameter
 
+DEFAULT_FLAGELLA = Flagella()
+PERTURBED = 6
+"""Number of beam modes on which a shape is perturbed."""
 
-def mode(s, amplitude, parameters, *, mode: int = 0):
+
+def mode(s, amplitude, parameters, flagella, *, mode: int = 0):
     """A beam mode in a plane: κ = amplitude φ_mode."""
     if not isinstance(mode, (int, np.integer)) or mode < 0:
         raise SceneError(f"shape.mode = {mode!r}: must be a whole number, 0 or more")
     return _strain(0.0, 0.0, amplitude * beam_mode(mode, s))
 
 
-def writhe(s, amplitude, parameters, *, balanced: bool = True):
+def writhe(s, amplitude, parameters, flagella, *, balanced: bool = True):
     """A coiled rod (C.63) to (C.65); its twist balances the active moment, or is ten times that, as printed."""
-    ratio = parameters["moment"] / parameters["twist"]
-    # log cosh without overflow
-    twist = np.logaddexp(10 * s, -10 * s) - np.logaddexp(5.0, -5.0)
+    twist = flagella.balancing_twist(s, parameters["moment"] / parameters["twist"], 1.0 if balanced else 10.0)
     bending = amplitude * beam_mode(0, s)
     turn = 2 * np.pi * s
-    return _strain(ratio * twist / (10 if balanced else 1), -bending * np.sin(turn), bending * np.cos(turn))
+    return _strain(twist, -bending * np.sin(turn), bending * np.cos(turn))
 
 
-def straight(s, amplitude, parameters):
+def straight(s, amplitude, parameters, flagella):
     """No strain."""
     return _strain(0.0, 0.0, 0.0 * amplitude * s)
 
 
 SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, "straight": straight}
-"""Functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]} and the keywords of the kind, by ``kind``."""
+"""Functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]}, ``Flagella`` and the keywords of the kind, by
+``kind``."""
 
 
-def initial_strain(shape: Any, nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+def initial_strain(
+    shape: Any, nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella = DEFAULT_FLAGELLA
+) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
-    parameters: {name: [rod]}. None is beam mode 0 of amplitude 1. Raises SceneError for an unknown kind or key, for
-    values whose shape does not fit, and for values that are not finite.
+    parameters: {name: [rod]}; flagella: what a twist may have to balance. None is beam mode 0 of amplitude 1. Raises
+    SceneError for an unknown kind or key, for values whose shape does not fit, and for values that are not finite.
     """
     rods = len(parameters["bend"])
     if shape is None:
         shape = {}
-    values = _from_table(shape, nodes, parameters) if isinstance(shape, Mapping) else shape
+    values = _from_table(shape, nodes, parameters, flagella) if isinstance(shape, Mapping) else shape
     try:
         strain = np.array(np.broadcast_to(np.asarray(values, dtype=float), (rods, nodes, 3)))
     except (TypeError, ValueError) as error:
@@ -61,16 +67,41 @@ def initial_strain(shape: Any, nodes: int, parameters: Mapping[str, np.ndarray])
     return strain
 
 
-def _from_table(table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Strains of a table {kind, amplitude, …}."""
+def _from_table(
+    table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella
+) -> np.ndarray:
+    """Strains of a table {kind, amplitude, perturbation, seed, …}."""
     rest = dict(table)
     kind = rest.pop("kind", "mode")
     make = named(SHAPES, "shape.kind", kind)
     own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]
-    amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), len(parameters["bend"]), "any finite number")
-    refuse_unknown(rest, [*own, "kind", "amplitude"], f"shape of kind {kind}")
+    rods, s = len(parameters["bend"]), np.linspace(-0.5, 0.5, nodes)
+    amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), rods, "any finite number")
+    size = parameter("shape.perturbation", rest.pop("perturbation", 0.0), rods, "zero or more")
+    seed = rest.pop("seed", 0)
+    refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
     columns = {name: value[:, None] for name, value in parameters.items()}
-    return make(np.linspace(-0.5, 0.5, nodes), amplitude[:, None], columns, **rest)
+    strain = make(s, amplitude[:, None], columns, flagella, **rest)
+    if not size.any():
+        return strain
+    planar = (parameters["moment"] == 0) & ~np.asarray(strain[..., :2]).any(axis=(-1, -2))
+    try:
+        rng = np.random.default_rng(seed)
+    except (TypeError, ValueError):
+        raise SceneError(f"shape.seed = {seed!r}: must be a whole number, 0 or more, or a list of them") from None
+    return strain + perturbation(s, size, planar, rng)
+
+
+def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Random bending strains [rod, node, 3] on the first beam modes, of L² norm ``size`` [rod]; no twist.
+
+    planar [rod]: rods that stay in the plane of Ω[2].
+    """
+    weights = rng.normal(size=(len(size), 2, PERTURBED))
+    weights[planar, 0] = 0.0
+    weights *= (size / np.linalg.norm(weights, axis=(1, 2)))[:, None, None]
+    first, second = np.moveaxis(weights @ np.array([beam_mode(k, s) for k in range(PERTURBED)]), 1, 0)
+    return _strain(0.0, first, second)
 
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:

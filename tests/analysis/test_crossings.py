@@ -111,9 +111,7 @@ def test_crossings_through_a_periodic_boundary():
 def test_frames_too_far_apart_are_named_with_the_remedy():
     """A rod that moves by most of the period between two frames."""
     frames = np.array([[stick((x, 0, 0), (0, 1, 0))] for x in (0.0, 6.0)])
-    with pytest.raises(
-        ValueError, match=r"crossings: a segment and its path .* save frames more often \(time.save_every"
-    ):
+    with pytest.raises(ValueError, match=r"crossings: a segment and .* save frames more often \(time.save_every"):
         crossings(group(frames, period=(10, 10, 10)))
 
 

@@ -113,8 +113,8 @@ def _near(nodes: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray
     if 4 * reach.max() > period.min():
         raise ValueError(
             f"crossings: a segment and its path between two frames extend over {2 * reach.max():.3g}, more than half "
-            f"the period {period.min():.3g} of the box, so that it is not known which image it passed: save more "
-            f"frames (time.save_every), or measure frames between which rods move less, data.isel(frame=…)"
+            f"the period {period.min():.3g} of the box, so that it is not known which image it passed: save frames "
+            f"more often (time.save_every), or measure frames between which rods move less, data.isel(frame=…)"
         )
     pairs, nearest = pairs_within(at, period, 2 * reach.max())
     first, second = pairs.T

@@ -16,6 +16,7 @@ from warp_rods.scene.per_rod import (
     PositiveEach,
     Vector,
     WordOrTable,
+    ZeroOrMoreEach,
 )
 
 __all__ = ["Arrangement", "Flagella", "FreePlacement", "Shape", "Swimmers"]
@@ -26,11 +27,15 @@ SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"ba
 
 
 class Shape(Table):
-    """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight."""
+    """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight; perhaps perturbed."""
 
     kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
     mode: int | None = Field(default=None, ge=0, description="a whole number, 0 or more")
     amplitude: NumberEach = Field(default=1.0, description="a number" + OR_EACH)
+    perturbation: ZeroOrMoreEach | None = Field(
+        default=None,
+        description="0 or a positive number" + OR_EACH + ": the size of a random bending, by the seed of the scene",
+    )
     balanced: bool | None = Field(
         default=None,
         description="true or false: whether the twist of a writhe balances the active torque, or is (C.63) as printed",
@@ -86,7 +91,7 @@ class Swimmers(Ensemble):
         default_factory=Flagella,
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
-    shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, balanced }")
+    shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, perturbation, balanced }")
     symmetric: bool = Field(default=False, description="true or false")
     placement: WordOrTable[Arrangement, FreePlacement] | None = Field(
         default=None, description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}"
@@ -95,7 +100,7 @@ class Swimmers(Ensemble):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "rotational_drag")
-        nested = ("shape.amplitude", "placement.position", "placement.direction")
+        nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
         return length_faults(raw, good, (*plain_keys, *nested, *of_flagella))
 

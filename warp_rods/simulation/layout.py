@@ -209,7 +209,7 @@ def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
         table.nodes,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
-        shape=table.shape.model_dump(exclude_none=True),
+        shape=table.shape.model_dump(exclude_none=True) | {"seed": [layout.scene.seed, *table.name.encode()]},
         **placed,
         device=layout.device,
     )
@@ -236,9 +236,24 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     layout.limits[table.name] = layout.ensembles[table.name].step_limit
     wall = layout.scene.box and layout.scene.box.wall
+    if not (table.symmetric or layout.scene.steric or wall):
+        layout.notes += _symmetric_start(table, layout.ensembles[table.name])
     if wall:
         drag = float(np.min(table.drag_ratio))
         layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
+
+
+def _symmetric_start(table: Swimmers, rods: FreeRods) -> list[str]:
+    """A note if nothing but round-off can break the symmetry of swimmers."""
+    count = int(rods.symmetric_start.sum())
+    if not count:
+        return []
+    return [
+        f"{table.name}: {count} of {table.count} rods start with the symmetry under rotation by π, which the equations "
+        f"keep: where such a shape is unstable, round-off chooses the side to which it breaks, and the direction of "
+        f"swimming, and another step may reverse it. shape.perturbation = 1e-3 lets the seed choose; symmetric = true "
+        f"keeps the symmetry of even shapes"
+    ]
 
 
 BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}

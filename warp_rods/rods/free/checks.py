@@ -55,6 +55,23 @@ def frames(rotation: Any, count: int) -> np.ndarray:
     return R
 
 
+def symmetric_starts(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> np.ndarray:
+    """Which active rods [rod] start with a symmetry under rotation by π (C.49), about any axis, up to round-off.
+
+    k(−s) = −e^{iφ} k̄(s), τ even, f odd: about an axis across the rod at its middle, at the angle φ/2. Includes even and
+    odd planar shapes and straight rods.
+    """
+    k, mirror = bending, bending[:, ::-1]
+    overlap = -np.sum(k * mirror, axis=1, keepdims=True)
+    phase = overlap / np.maximum(np.abs(overlap), np.finfo(float).tiny)
+
+    def small(residual: np.ndarray, of: np.ndarray) -> np.ndarray:
+        return np.abs(residual).max(axis=1) <= SYMMETRIC * np.abs(of).max(axis=1)
+
+    parities = small(mirror + phase * k.conj(), k) & small(twist[:, ::-1] - twist, twist)
+    return parities & small(activity[:, ::-1] + activity, activity) & activity.any(axis=1)
+
+
 def check_symmetry(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> None:
     """Raises SceneError if the shape at the start lacks the parities of (C.49): k(−s) = −k̄(s), τ even, f odd."""
     residuals = {

@@ -14,7 +14,7 @@ from warp_rods.kernels.free.output import force_field
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Parameter
 from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
-from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points
+from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
@@ -107,6 +107,8 @@ class FreeRods(FreeReadings, Ensemble):
         strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
+        self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity)
+        """Whether each rod starts with the symmetry (C.49) up to round-off [rod]."""
         self._passive = self.flagella.law == "held" and not activity.any()
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)

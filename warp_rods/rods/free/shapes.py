@@ -14,6 +14,8 @@ from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import parameter
 
 DEFAULT_FLAGELLA = Flagella()
+PERTURBED = 6
+"""Number of beam modes on which a shape is perturbed."""
 
 
 def mode(s, amplitude, parameters, flagella, *, mode: int = 0):
@@ -68,15 +70,38 @@ def initial_strain(
 def _from_table(
     table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella
 ) -> np.ndarray:
-    """Strains of a table {kind, amplitude, …}."""
+    """Strains of a table {kind, amplitude, perturbation, seed, …}."""
     rest = dict(table)
     kind = rest.pop("kind", "mode")
     make = named(SHAPES, "shape.kind", kind)
     own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]
-    amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), len(parameters["bend"]), "any finite number")
-    refuse_unknown(rest, [*own, "kind", "amplitude"], f"shape of kind {kind}")
+    rods, s = len(parameters["bend"]), np.linspace(-0.5, 0.5, nodes)
+    amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), rods, "any finite number")
+    size = parameter("shape.perturbation", rest.pop("perturbation", 0.0), rods, "zero or more")
+    seed = rest.pop("seed", 0)
+    refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
     columns = {name: value[:, None] for name, value in parameters.items()}
-    return make(np.linspace(-0.5, 0.5, nodes), amplitude[:, None], columns, flagella, **rest)
+    strain = make(s, amplitude[:, None], columns, flagella, **rest)
+    if not size.any():
+        return strain
+    planar = (parameters["moment"] == 0) & ~np.asarray(strain[..., :2]).any(axis=(-1, -2))
+    try:
+        rng = np.random.default_rng(seed)
+    except (TypeError, ValueError):
+        raise SceneError(f"shape.seed = {seed!r}: must be a whole number, 0 or more, or a list of them") from None
+    return strain + perturbation(s, size, planar, rng)
+
+
+def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Random bending strains [rod, node, 3] on the first beam modes, of L² norm ``size`` [rod]; no twist.
+
+    planar [rod]: rods that stay in the plane of Ω[2].
+    """
+    weights = rng.normal(size=(len(size), 2, PERTURBED))
+    weights[planar, 0] = 0.0
+    weights *= (size / np.linalg.norm(weights, axis=(1, 2)))[:, None, None]
+    first, second = np.moveaxis(weights @ np.array([beam_mode(k, s) for k in range(PERTURBED)]), 1, 0)
+    return _strain(0.0, first, second)
 
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:

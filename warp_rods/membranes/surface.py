@@ -42,6 +42,11 @@ class Surface:
         self.closed = bool(level_set.closed)
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
 
+    @property
+    def grid(self) -> np.ndarray | None:
+        """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
+        return self._grid
+
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
         form = "closed" if self.closed else "open"

@@ -15,6 +15,8 @@ from warp_rods.values import Positive, ZeroOrMore, number
 __all__ = ["Steric", "SurfaceTable", "Time", "Units", "metres"]
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
+ROUND_OFF = 1e-9
+"""Relative difference up to which times are equal: the step as run is the spacing of the frames over a whole number."""
 LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
 
 
@@ -74,7 +76,7 @@ class Time(Table):
         faults = {
             short: fault((short,), good[short], f" = {good[short]}: must be at most {long} = {good[long]}")
             for short, long in at_most
-            if short in good and long in good and good[short] > good[long]
+            if short in good and long in good and good[short] > good[long] * (1 + ROUND_OFF)
         }
         return list(faults.values())
 

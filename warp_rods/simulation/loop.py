@@ -36,6 +36,8 @@ class Simulation:
         laid_out = layout.lay_out(scene, self.device)
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
         self.notes = laid_out.notes
+        self.surfaces = {"surface": laid_out.surface, "box.surface": laid_out.container}
+        """The membrane and the container of its box, None where there is none."""
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.rebuild_lists()

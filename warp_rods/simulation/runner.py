@@ -17,10 +17,12 @@ from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
+from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.hooks import Cadence, EveryFrame
+from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.report import Report
-from warp_rods.simulation.run_folder import RunFolder, as_begun
+from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
 from warp_rods.simulation.trajectory import GroupSpec
 
 CHECKPOINT_EVERY = 2.0
@@ -74,23 +76,28 @@ def simulate(
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device = devices.choose(device)
     if resume:
-        scene = as_begun(folder, scene)
+        read_checkpoint(folder)
+        scene, mark = Begun.read(folder).continued(scene), ()
     else:
-        RunFolder.check_free(folder, overwrite)
+        mark = RunFolder.check_free(folder, overwrite)
     report = Report()
     simulation = _prepare(scene, device, report, console)
     for cadence, function in hooks:
         simulation.attach(cadence, function)
+    state: dict[str, np.ndarray] | None = None
     if resume:
-        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation))
+        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
     else:
-        kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
+        surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
+        kept = RunFolder.create(
+            folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
+            overwrite=overwrite, expected=mark,
+        )  # fmt: skip
     with kept:
         saver = _Saver(kept, report)
         simulation.attach(EveryFrame(), saver)
         if state is not None:
             _go_on_from(simulation, state, report)
-        kept.keep(simulation.scene)
         start = time.perf_counter()
         rod_steps = _loop(simulation, kept, report, console)
         seconds = time.perf_counter() - start
@@ -196,6 +203,5 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "device": str(simulation.device),
         "step": simulation.step_size,
         "units": f"length {scene.units.length}" if scene.units else "dimensionless",
-        "scene": scene.to_toml(),
         "scene_hash": scene.hash(),
     }

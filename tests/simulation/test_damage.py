@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-import xarray as xr
 
 from warp_rods.analysis.membrane import membrane_of
 from warp_rods.errors import RunFolderError, WarpRodsError

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import xarray as xr
 import zarr
-
 from examples.earlier_store import write_earlier
+
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.trajectory import (
     FILAMENT_VARIABLES,

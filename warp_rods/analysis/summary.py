@@ -16,7 +16,7 @@ def summary(data: xr.DataTree, order: list[str]) -> Table:
         table.add_row(
             name,
             str(d.sizes["rod"]),
-            _change(float(first.energy.mean()), float(last.energy.mean())),
+            _change(float(first.energy.mean()), float(last.energy.mean())) if "energy" in d else "–",
             _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d),
             _residual(d),
             str(int((last.status != 0).sum())),
@@ -37,7 +37,6 @@ def _speed(d: xr.Dataset) -> str:
 
 
 def _residual(d: xr.Dataset) -> str:
-    if "constraint" not in d:
-        return "–"
-    worst = {"|φ|/|∇φ|": d.constraint, "|q·n|": d.orthogonality, "Δs": d.arc_length}
-    return ", ".join(f"{label} {float(values.max()):.1e}" for label, values in worst.items())
+    names = {"|φ|/|∇φ|": "constraint", "|q·n|": "orthogonality", "Δs": "arc_length"}
+    worst = {label: d[name] for label, name in names.items() if name in d}
+    return ", ".join(f"{label} {float(values.max()):.1e}" for label, values in worst.items()) or "–"

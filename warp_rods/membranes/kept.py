@@ -29,9 +29,7 @@ def kept_bytes(grid: np.ndarray, numbers: np.ndarray, box: Box, values: Values) 
 
 
 @functools.lru_cache(maxsize=4)
-def kept_level_set(
-    path: Path, changed: int, spacing: tuple[float, ...], origin: tuple[float, ...]
-) -> LevelSet:
+def kept_level_set(path: Path, changed: int, spacing: tuple[float, ...], origin: tuple[float, ...]) -> LevelSet:
     """The surface in a file last changed at the time ``changed``; raises FileError.
 
     A kept field cannot be sampled again: ``spacing`` and ``origin`` must be those with which it was.

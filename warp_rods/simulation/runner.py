@@ -21,6 +21,7 @@ from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.hooks import Cadence, EveryFrame
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.output import chosen
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
 from warp_rods.simulation.trajectory import GroupSpec
@@ -34,14 +35,22 @@ Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 class Run:
     """A finished run.
 
-    folder: where it is. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a line for each
-    rod that was frozen. messages: all that the run said, in order.
+    folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a
+    line for each rod that was frozen. messages: all that the run said, in order.
     """
 
     def __init__(
-        self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str], messages: list[str]
+        self,
+        folder: Path,
+        scene: Scene,
+        order: list[str],
+        seconds: float,
+        rod_steps: int,
+        lost: list[str],
+        messages: list[str],
     ):
-        self.folder, self.order, self.seconds, self.rod_steps = folder, order, seconds, rod_steps
+        self.folder, self.scene, self.order = folder, scene, order
+        self.seconds, self.rod_steps = seconds, rod_steps
         self.lost, self.messages = lost, messages
 
     def __repr__(self) -> str:
@@ -102,7 +111,7 @@ def simulate(
         rod_steps = _loop(simulation, kept, report, console)
         seconds = time.perf_counter() - start
         saver.keep_messages()
-    return Run(folder, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
+    return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
 
 
 class _Saver:
@@ -117,7 +126,11 @@ class _Saver:
         """A line for each rod that was frozen."""
 
     def __call__(self, simulation: Simulation) -> None:
-        self._kept.writer.append(simulation.time, simulation.variables())
+        output, frame = simulation.scene.output, simulation.variables()
+        saved = {name: chosen(output, simulation.ensembles[name].saved) for name in frame}
+        self._kept.writer.append(
+            simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
+        )
         if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
             self._checkpointed = time.perf_counter()
             self._kept.checkpoint(simulation.state())
@@ -187,10 +200,16 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
-    period = np.array(simulation.scene.period)
+    period, output = np.array(simulation.scene.period), simulation.scene.output
     space = {"period": np.where(period > 0, period, np.inf)}
     return {
-        name: GroupSpec(e.count, e.nodes, e.saved, {k: (STATIC[k], v) for k, v in (e.static() | space).items()})
+        name: GroupSpec(
+            e.count,
+            e.nodes,
+            chosen(output, e.saved),
+            {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
+            output and output.frames_per_file,
+        )
         for name, e in simulation.ensembles.items()
     }
 

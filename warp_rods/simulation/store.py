@@ -86,9 +86,7 @@ def _create_static(group: zarr.Group, name: str, variable: Variable, values: np.
     array[...] = values
 
 
-def _create_growing(
-    group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], most: int | None
-) -> None:
+def _create_growing(group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
     """An array without frames: large frames each a chunk in a shard, several small ones in one chunk."""
     size = math.prod(shape) * np.dtype(variable.dtype).itemsize
     count = max(1, min(most or _MOST_IN_A_FILE, (_FILE_BYTES if size >= LARGE_FRAME else _CHUNK_BYTES) // size))

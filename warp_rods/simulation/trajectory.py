@@ -85,8 +85,8 @@ class TrajectoryWriter:
 
         ``attributes`` of the root are updated: the scene may end later than before.
 
-        Raises RunFolderError, and writes nothing, if there is no store, it is damaged where it is to be continued, or it
-        has fewer than ``frames`` complete frames.
+        Raises RunFolderError, and writes nothing, if there is no store, it is damaged where it is to be continued, or
+        it has fewer than ``frames`` complete frames.
         """
         document = Document.read(Path(path))
         keep = document.frames if frames is None else frames
@@ -111,7 +111,7 @@ class TrajectoryWriter:
                     columns[variable].put(self.frames, values)
             self._document.commit(self.frames + 1)
         except FileNotFoundError as fault:
-            raise self._lost(f"{fault.filename or fault} is missing") from None
+            raise self._give_up(f"{fault.filename or fault} is missing") from None
         self.frames += 1
 
     def describe(self, **attributes: Any) -> None:
@@ -133,9 +133,11 @@ class TrajectoryWriter:
 
     def _check_in_place(self) -> None:
         if not self._document.is_in_place():
-            raise self._lost("it was removed, or another was put in its place")
+            raise self._give_up("it was removed, or another was put in its place")
 
-    def _lost(self, what: str) -> RunFolderError:
+    def _give_up(self, what: str) -> RunFolderError:
+        """The error for a store that is lost; nothing is written any more, by ``close`` either."""
+        self._groups = {}
         return RunFolderError(
             f"{self._document.path}: {what}, while the run was writing to it. The run stops after {self.frames} "
             f"complete frames, and nothing more is written: run the scene again, into a folder that is left alone."

@@ -37,15 +37,12 @@ class Surface:
         self.parameters = _numbers(level_set)
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
+        self.grid = level_set.grid
+        """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
         self.box = level_set.box
         """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
-
-    @property
-    def grid(self) -> np.ndarray | None:
-        """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
-        return self._grid
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")

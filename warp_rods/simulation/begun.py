@@ -51,7 +51,8 @@ class Begun:
         What is chosen follows ``time.end``: without this no run could be made longer. Raises RunFolderError with every
         difference where ``scene`` is not that of the run; only ``time.end`` and ``output.usd`` may change.
         """
-        edited, files = {}, {}
+        edited: dict[str, str] = {}
+        files: dict[str, str] = {}
         for key, table in from_files(scene).items():
             if (origin := self.kept.get(NAMES[key])) is None:
                 continue

@@ -49,11 +49,17 @@ class RunFolder:
             self._lock.release()
 
     @staticmethod
-    def check_free(path: Path, overwrite: bool) -> tuple[int, ...]:
-        """The mark of the run that ``path`` holds and that may be replaced, empty where it holds none.
+    def mark(path: Path) -> tuple[int, ...]:
+        """A mark of the run that a folder holds, which another run would not have; empty where it holds none."""
+        for file in (path / STORE / METADATA, path / STORE):
+            if file.exists():
+                found = os.stat(file)
+                return found.st_dev, found.st_ino, found.st_mtime_ns
+        return ()
 
-        Raises RunFolderError where there is a run that may not be overwritten, or ``path`` is no folder.
-        """
+    @staticmethod
+    def check_free(path: Path, overwrite: bool) -> None:
+        """Raises RunFolderError where ``path`` holds a run already and may not be overwritten, or is no folder."""
         if path.exists() and not path.is_dir():
             raise RunFolderError(f"{path} is a file: give another --out")
         if not (path / STORE).exists():
@@ -64,7 +70,6 @@ class RunFolder:
             raise RunFolderError(
                 f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to go on"
             )
-        return _mark(path)
 
     @classmethod
     def create(
@@ -78,14 +83,15 @@ class RunFolder:
         overwrite: bool = False,
         expected: tuple[int, ...] = (),
     ) -> RunFolder:
-        """A fresh folder; the parts of the run that it held when ``check_free`` returned ``expected`` are removed.
+        """A fresh folder; the parts of the run that it held when its ``mark`` was ``expected`` are removed.
 
         Raises RunFolderError, and removes nothing, where another process holds the folder or has put a run there since.
         """
         path.mkdir(parents=True, exist_ok=True)
         lock = _lock(path)
         try:
-            if cls.check_free(path, overwrite) != expected:
+            cls.check_free(path, overwrite)
+            if cls.mark(path) != expected:
                 raise RunFolderError(f"{path} holds another run than before this one was prepared: give another --out")
             for part in PARTS:
                 _remove(path / part)
@@ -167,15 +173,6 @@ def _keep_scene(path: Path, text: str) -> None:
     file, data = path / SCENE, text.encode()
     if not file.is_file() or file.read_bytes() != data:
         replace_file(file, data, durable=True)
-
-
-def _mark(path: Path) -> tuple[int, ...]:
-    """A mark of the store in a folder, which another store would not have; empty where there is none."""
-    for file in (path / STORE / METADATA, path / STORE):
-        if file.exists():
-            found = os.stat(file)
-            return found.st_dev, found.st_ino, found.st_mtime_ns
-    return ()
 
 
 def _remove(target: Path) -> None:

@@ -84,11 +84,12 @@ def simulate(
     folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device = devices.choose(device)
+    mark = RunFolder.mark(folder)
     if resume:
         read_checkpoint(folder)
-        scene, mark = Begun.read(folder).continued(scene), ()
+        scene = Begun.read(folder).continued(scene)
     else:
-        mark = RunFolder.check_free(folder, overwrite)
+        RunFolder.check_free(folder, overwrite)
     report = Report()
     simulation = _prepare(scene, device, report, console)
     for cadence, function in hooks:
@@ -208,7 +209,7 @@ def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
             e.nodes,
             chosen(output, e.saved),
             {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
-            output and output.frames_per_file,
+            output.frames_per_file if output else None,
         )
         for name, e in simulation.ensembles.items()
     }

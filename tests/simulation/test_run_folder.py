@@ -1,5 +1,6 @@
 """The run folder: it stands by itself, is never half-written, and a refusal changes nothing in it."""
 
+import contextlib
 import shutil
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.trajectory import TrajectoryWriter, open_run
 
 HERE = Path(__file__).parent
 FILAMENT = {"name": "f", "count": 2, "nodes": 17, "length": 0.7, "stiffness": [1.0, 1.2, 0.8],
@@ -140,6 +141,33 @@ def test_a_run_of_an_earlier_version_is_opened_and_resumed(earlier):
             now = now[:4] if "frame" in now.dims else now
             np.testing.assert_allclose(now, values, rtol=1e-9, atol=1e-12, err_msg=str(name))
     assert wr.export_usd(earlier / "killed").is_file()
+
+
+def test_damaged_metadata_of_an_earlier_version_give_one_message(earlier):
+    """Without checksums not all damage can be seen, but none gives a traceback, when it is read nor when resumed."""
+    folder, outcomes = earlier / "killed", {"read": 0, "told": 0}
+    store = folder / "trajectory.zarr"
+    files = [store / name / "zarr.json" for name in ("", "_complete_frames", "one", "one/position", "cell/time")]
+    for file in files:
+        data, rng = file.read_bytes(), np.random.default_rng(3)
+        changed = [bytearray(data) for _ in range(6)]
+        for copy in changed:
+            copy[rng.integers(len(data))] ^= 1 << int(rng.integers(6))
+        for content in [b"", data[: len(data) // 2], b"[]", b"{}", data.replace(b'"array"', b'"arrow"'), *changed]:
+            file.write_bytes(content)
+            try:
+                for group in open_run(folder).children.values():
+                    group.to_dataset().load()
+                check_run(folder)
+                outcomes["read"] += 1
+            except wr.WarpRodsError:
+                outcomes["told"] += 1
+            shutil.copytree(folder, earlier / "copy")
+            with contextlib.suppress(wr.WarpRodsError):
+                TrajectoryWriter.resume(earlier / "copy" / "trajectory.zarr")
+            shutil.rmtree(earlier / "copy")
+            file.write_bytes(data)
+    assert outcomes["told"] >= 25
 
 
 # --- nothing is half-written -----------------------------------------------------------------------------------------

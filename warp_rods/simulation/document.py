@@ -97,13 +97,18 @@ class Document:
     @property
     def groups(self) -> list[str]:
         """The names of the groups, one for each ensemble."""
-        return [name for name, node in self.nodes.items() if node["node_type"] == "group"]
+        return [name for name, node in self.nodes.items() if node.get("node_type") == "group"]
 
     def arrays(self, group: str) -> Iterator[tuple[str, Chunks]]:
-        """The arrays of a group by name."""
+        """The arrays of a group by name; raises RunFolderError for metadata that are not those of an array."""
         for name, node in self.nodes.items():
             if name.startswith(f"{group}/"):
-                yield name.removeprefix(f"{group}/"), Chunks.of(node, self.path / name)
+                try:
+                    yield name.removeprefix(f"{group}/"), Chunks.of(node, self.path / name)
+                except (LookupError, TypeError, ValueError, AttributeError) as fault:
+                    raise RunFolderError(
+                        f"{self.path / name / METADATA} is damaged ({fault!r}): run the scene again."
+                    ) from None
 
     def commit(self, frames: int) -> None:
         """Show the first ``frames`` frames to readers, and the present attributes."""

@@ -20,7 +20,7 @@ class SceneError(WarpRodsError, ValueError):
 
 
 class RunFolderError(WarpRodsError):
-    """A run folder that already holds a run, holds none, or holds one of another scene."""
+    """A run folder that already holds a run, holds none or one of another scene, or is damaged."""
 
     exit_code = 2
 

@@ -24,14 +24,29 @@ def run(
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, animation.
 
+    No animation is made with ``output.usd = false``; one that cannot be made is a warning, as the run is complete.
+
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
     ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
     (default: standard error). Raises SceneError before anything is written, RunFolderError for a folder that holds a
     run (or, with ``resume``, none), RodFailure once no rod is left.
     """
     done = simulate(scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console)
-    path = export_usd(done.folder)
+    if done.scene.output is None or done.scene.output.usd:
+        _animate(done)
+    return done
+
+
+def _animate(done: Run) -> None:
+    """Write the animation of a finished run. The run is complete whatever happens, so a failure is a warning."""
+    try:
+        path = export_usd(done.folder)
+    except Exception as error:
+        text = f"the run is complete, but its animation could not be made: {type(error).__name__}: {error}"
+        line = f"{text}; to try again: warp-rods export {done.folder} --usd"
+        done.messages.append(f"warning: {line}")
+        LOG.warning(line)
+        return
     line = f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"
     done.messages.append(line)
     LOG.info(line)
-    return done

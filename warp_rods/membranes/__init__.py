@@ -9,6 +9,7 @@ inspection                           checks that a φ given by the user defines 
 mesh, sampling                       triangulation of a surface; random points on it
 symbolic, field_source               from a formula to a compiled field
 files, distance, spline              from a file to a field
+kept                                 the field of a file as a run keeps it in its folder
 level_set                            the common representation of all kinds
 """
 

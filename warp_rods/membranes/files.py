@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["ARRAYS", "FEWEST_NODES", "MESHES", "MOST_NODES", "FileError", "read_array", "read_mesh"]
+__all__ = ["ARRAYS", "FEWEST_NODES", "KEPT", "MESHES", "MOST_NODES", "FileError", "read_array", "read_mesh"]
 
 ARRAYS, MESHES = (".npy",), (".obj", ".stl", ".ply")
+KEPT = ".npz"
+"""The suffix of a sampled field that a run kept."""
 FEWEST_NODES = 8
 """Smallest number of nodes along each axis of a grid for a spline."""
 MOST_NODES = 2e7

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from warp_rods.membranes.files import ARRAYS, MESHES, FileError, read_array, read_mesh
+from warp_rods.membranes.files import ARRAYS, KEPT, MESHES, FileError, read_array, read_mesh
 from warp_rods.membranes.level_set import Fault, LevelSet, Values
 from warp_rods.values import Positive, must_be, numbers
 
@@ -31,7 +31,7 @@ class Grid:
         spacing = _spacing(raw.get("spacing"), faults)
         origin = _origin(raw.get("origin"), faults)
         path = _path(raw.get("file"), faults)
-        if path and path.suffix.lower() in ARRAYS and "spacing" not in raw:
+        if path and path.suffix.lower() in (*ARRAYS, KEPT) and "spacing" not in raw:
             faults.append((("spacing",), ": missing; must be a positive number, or three: the distance between nodes"))
         if faults or path is None:
             return {}, faults
@@ -44,15 +44,17 @@ class Grid:
 
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values; raises FileError for a file that defines none."""
+        from warp_rods.membranes.kept import kept_level_set
         from warp_rods.membranes.spline import from_file
 
         path = Path(values["file"])
-        return from_file(path, path.stat().st_mtime_ns, tuple(values["spacing"]), tuple(values["origin"]))
+        made = kept_level_set if path.suffix.lower() == KEPT else from_file
+        return made(path, path.stat().st_mtime_ns, tuple(values["spacing"]), tuple(values["origin"]))
 
 
 def _path(value: Any, faults: list[Fault]) -> Path | None:
     suffixes = ARRAYS + MESHES
-    if not isinstance(value, str) or Path(value).suffix.lower() not in suffixes:
+    if not isinstance(value, str) or Path(value).suffix.lower() not in (*suffixes, KEPT):
         faults.append((("file",), must_be(f"the path of a file that ends in {', '.join(suffixes)}, in quotes", value)))
         return None
     if not Path(value).is_file():
@@ -92,7 +94,7 @@ def _default_spacing(path: Path) -> Triple:
 
 def _default_origin(path: Path, spacing: Triple) -> Triple:
     """For an array, such that its middle is at the origin; a mesh is not moved."""
-    if path.suffix.lower() in MESHES:
+    if path.suffix.lower() in (*MESHES, KEPT):
         return 0.0, 0.0, 0.0
     x, y, z = (-h * (n - 1) / 2 for h, n in zip(spacing, read_array(path).shape, strict=True))
     return x, y, z

@@ -37,6 +37,8 @@ class Surface:
         self.parameters = _numbers(level_set)
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
+        self.grid = level_set.grid
+        """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
         self.box = level_set.box
         """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)

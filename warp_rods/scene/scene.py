@@ -21,7 +21,7 @@ from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.filaments import Filaments
 from warp_rods.scene.swimmers import Swimmers
-from warp_rods.scene.tables import Steric, SurfaceTable, Time, Units
+from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
 
 
@@ -41,6 +41,7 @@ class Scene(Table):
     steric: Steric | None = Field(default=None, description="a table, [steric]")
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
+    output: Output | None = Field(default=None, description="a table, [output]")
 
     def __init__(self, /, **tables: Any):
         try:

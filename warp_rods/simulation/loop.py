@@ -17,6 +17,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
+from warp_rods.simulation.output import check_output
 from warp_rods.simulation.watch import EnergyWatch
 
 FEWEST_STEPS = 1000
@@ -35,7 +36,10 @@ class Simulation:
         self._known_failures: set[tuple[str, int]] = set()
         laid_out = layout.lay_out(scene, self.device)
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
+        check_output(scene.output, self.ensembles)
         self.notes = laid_out.notes
+        self.surfaces = {"surface": laid_out.surface, "box.surface": laid_out.container}
+        """The membrane and the container of its box, None where there is none."""
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.rebuild_lists()

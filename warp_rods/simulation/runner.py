@@ -17,10 +17,13 @@ from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
+from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.hooks import Cadence, EveryFrame
+from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.output import chosen
 from warp_rods.simulation.report import Report
-from warp_rods.simulation.run_folder import RunFolder, as_begun
+from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
 from warp_rods.simulation.trajectory import GroupSpec
 
 CHECKPOINT_EVERY = 2.0
@@ -32,14 +35,22 @@ Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 class Run:
     """A finished run.
 
-    folder: where it is. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a line for each
-    rod that was frozen. messages: all that the run said, in order.
+    folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a
+    line for each rod that was frozen. messages: all that the run said, in order.
     """
 
     def __init__(
-        self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str], messages: list[str]
+        self,
+        folder: Path,
+        scene: Scene,
+        order: list[str],
+        seconds: float,
+        rod_steps: int,
+        lost: list[str],
+        messages: list[str],
     ):
-        self.folder, self.order, self.seconds, self.rod_steps = folder, order, seconds, rod_steps
+        self.folder, self.scene, self.order = folder, scene, order
+        self.seconds, self.rod_steps = seconds, rod_steps
         self.lost, self.messages = lost, messages
 
     def __repr__(self) -> str:
@@ -73,29 +84,35 @@ def simulate(
     folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device = devices.choose(device)
+    mark = RunFolder.mark(folder)
     if resume:
-        scene = as_begun(folder, scene)
+        read_checkpoint(folder)
+        scene = Begun.read(folder).continued(scene)
     else:
         RunFolder.check_free(folder, overwrite)
     report = Report()
     simulation = _prepare(scene, device, report, console)
     for cadence, function in hooks:
         simulation.attach(cadence, function)
+    state: dict[str, np.ndarray] | None = None
     if resume:
-        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation))
+        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
     else:
-        kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
+        surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
+        kept = RunFolder.create(
+            folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
+            overwrite=overwrite, expected=mark,
+        )  # fmt: skip
     with kept:
         saver = _Saver(kept, report)
         simulation.attach(EveryFrame(), saver)
         if state is not None:
             _go_on_from(simulation, state, report)
-        kept.keep(simulation.scene)
         start = time.perf_counter()
         rod_steps = _loop(simulation, kept, report, console)
         seconds = time.perf_counter() - start
         saver.keep_messages()
-    return Run(folder, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
+    return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
 
 
 class _Saver:
@@ -110,7 +127,11 @@ class _Saver:
         """A line for each rod that was frozen."""
 
     def __call__(self, simulation: Simulation) -> None:
-        self._kept.writer.append(simulation.time, simulation.variables())
+        output, frame = simulation.scene.output, simulation.variables()
+        saved = {name: chosen(output, simulation.ensembles[name].saved) for name in frame}
+        self._kept.writer.append(
+            simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
+        )
         if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
             self._checkpointed = time.perf_counter()
             self._kept.checkpoint(simulation.state())
@@ -180,10 +201,16 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
-    period = np.array(simulation.scene.period)
+    period, output = np.array(simulation.scene.period), simulation.scene.output
     space = {"period": np.where(period > 0, period, np.inf)}
     return {
-        name: GroupSpec(e.count, e.nodes, e.saved, {k: (STATIC[k], v) for k, v in (e.static() | space).items()})
+        name: GroupSpec(
+            e.count,
+            e.nodes,
+            chosen(output, e.saved),
+            {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
+            output.frames_per_file if output else None,
+        )
         for name, e in simulation.ensembles.items()
     }
 
@@ -196,6 +223,5 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "device": str(simulation.device),
         "step": simulation.step_size,
         "units": f"length {scene.units.length}" if scene.units else "dimensionless",
-        "scene": scene.to_toml(),
         "scene_hash": scene.hash(),
     }

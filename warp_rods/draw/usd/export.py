@@ -45,6 +45,11 @@ def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
     run = open_run(run_dir)
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
+    if lacking := [name for name, data in run.children.items() if "energy_density" not in data]:
+        raise RunFolderError(
+            f"{run_dir}: the trajectory of {', '.join(lacking)} has no energy_density, which the colours of the rods "
+            f"show: run the scene with it among output.variables."
+        )
     path = Path(run_dir) / "animation.usdc" if path is None else Path(path)
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
     stage = _new_stage(run, Scene.parse(run.attrs["scene"]))

@@ -206,11 +206,16 @@ def test_resume_removes_later_frames_and_continues(tmp_path, kept):
 
 @pytest.mark.parametrize("stopped_at", ["position", "energy", "time"])
 def test_an_incomplete_frame_is_ignored_and_overwritten(tmp_path, stopped_at):
-    """A store whose frame 2 was only partly written, arrays of different lengths included."""
+    """A store whose frame 2 was only partly written: a part of a frame in a shard, or a chunk that holds it already."""
     write(tmp_path, range(2))
-    incomplete = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
-    incomplete.resize((200, *incomplete.shape[1:]))
-    incomplete[2] = 99
+    if stopped_at == "position":
+        [file] = [path for path in (tmp_path / STORE / "sensors" / stopped_at / "c").rglob("*") if path.is_file()]
+        with file.open("ab") as shard:
+            shard.write(b"c" * 40)
+    else:
+        incomplete = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
+        incomplete.resize((200, *incomplete.shape[1:]))
+        incomplete[2] = 99
     check_frames(open_run(tmp_path), 2)
     writer = TrajectoryWriter.resume(tmp_path / STORE)
     writer.append(0.1 * 2, frame(2))

@@ -209,7 +209,7 @@ def test_an_incomplete_frame_is_ignored_and_overwritten(tmp_path, stopped_at):
     """A store whose frame 2 was only partly written: a part of a frame in a shard, or a chunk that holds it already."""
     write(tmp_path, range(2))
     if stopped_at == "position":
-        [file] = [path for path in (tmp_path / STORE / "sensors" / stopped_at / "c").rglob("*") if path.is_file()]
+        [file] = (tmp_path / STORE / "sensors" / stopped_at).glob("c*")
         with file.open("ab") as shard:
             shard.write(b"c" * 40)
     else:

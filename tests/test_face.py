@@ -64,7 +64,7 @@ def test_repr_of_objects():
     assert repr(torus).startswith("<Surface torus (major = 1.0, minor = 0.4): closed")
     assert repr(rods) == "<FreeRods: 2 rods of 33 nodes on cpu, t = 0, all ok>"
     assert repr(scene) == "<Scene: cells (3 swimmers); until t = 1>"
-    assert repr(simulation) == "<Simulation of 3 cells on cpu: t = 0 of 1>"
+    assert repr(simulation) == "<Simulation of cells (3 rods) on cpu: t = 0 of 1>"
 
 
 ROOMS = ["analysis", "contact", "draw", "membranes", "reproductions", "rods", "scene", "simulation", "theory"]

@@ -8,7 +8,6 @@ from rich.console import Console
 
 from warp_rods.draw.usd.export import export_usd
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation.report import LOG
 from warp_rods.simulation.runner import Hooks, Run, simulate
 
 
@@ -29,9 +28,12 @@ def run(
     (default: standard error). Raises SceneError before anything is written, RunFolderError for a folder that holds a
     run (or, with ``resume``, none), RodFailure once no rod is left.
     """
-    done = simulate(scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console)
-    path = export_usd(done.folder)
-    line = f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"
-    done.messages.append(line)
-    LOG.info(line)
-    return done
+    return simulate(
+        scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console, then=_animate
+    )
+
+
+def _animate(folder: Path) -> str:
+    """Export the animation of a run; returns a message for the user."""
+    path = export_usd(folder)
+    return f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"

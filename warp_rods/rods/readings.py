@@ -9,6 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from warp_rods.device import exclusive
+from warp_rods.errors import named
 from warp_rods.rods.variables import Variable
 
 
@@ -35,9 +36,9 @@ class Readings(ABC):
         return 1
 
     def reading(self, name: str) -> np.ndarray:
-        """A variable of the present state, at all nodes."""
+        """A variable of the present state, at all nodes; raises SceneError for an unknown name."""
         with exclusive:
-            reading = self.readings()[name]
+            reading = named(self.readings(), "name", name)
             reading.update()
             return reading.take()
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from inspect import Parameter, Signature, cleandoc
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
+from warp_rods.errors import SceneError
 from warp_rods.scene.per_rod import TAGS
-from warp_rods.values import hint, must_be, nearest, plain
+from warp_rods.values import hint, key_path, must_be, nearest, plain
 
-__all__ = ["Faults", "Table", "fault"]
+__all__ = ["Faults", "Table", "fault", "read_table"]
 
 Faults = list[InitErrorDetails]
 
@@ -115,5 +116,17 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return fault(loc, value, must_be(allowed, value, note))
 
 
+T = TypeVar("T", bound=Table)
+
+
 def _default(field: FieldInfo) -> Any:
     return Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+
+
+def read_table(table: type[T], given: Any, path: str) -> T:
+    """A table from a mapping in Python; raises SceneError with one line for each fault, after ``path``."""
+    try:
+        return table.model_validate(plain(given))
+    except ValidationError as error:
+        lines = [key_path((path, *line["loc"])) + line["msg"] for line in error.errors(include_url=False)]
+        raise SceneError("\n".join(lines)) from None

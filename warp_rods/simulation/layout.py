@@ -21,7 +21,7 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
-from warp_rods.scene.filaments import Filaments, Growth
+from warp_rods.scene.filaments import Filaments, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
@@ -166,10 +166,12 @@ def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[
     ]
 
 
-def _growth_of(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
+def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
-    return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    each = {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    rows = {key: np.array(whole[key]) for key in ("time", "length") if key in whole}
+    return whole | each | {key: values[rods] if values.ndim == 2 else values for key, values in rows.items()}
 
 
 def _check_length(surface: Surface, table: Filaments) -> None:

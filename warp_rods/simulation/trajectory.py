@@ -17,6 +17,7 @@ import zarr
 from xarray.backends import BackendArray
 from xarray.core import indexing  # see "How to add a new backend" of xarray; hence the upper bound in pyproject
 
+from warp_rods import arguments
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
 from warp_rods.simulation.earlier import labelled
@@ -165,7 +166,7 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
 
     The run may still be in progress, or have been killed. Raises RunFolderError if there is no run.
     """
-    root = open_store(Path(run_dir) / STORE, "r")
+    root = open_store(arguments.path("run_dir", run_dir) / STORE, "r")
     frames = complete_frames(root)
     attributes = dict(root.attrs)
     # Each group keeps the scene, which describes its membrane and its box.

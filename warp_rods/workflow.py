@@ -8,6 +8,7 @@ from rich.console import Console
 
 from warp_rods.draw.usd.export import export_usd
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
 
 
@@ -33,7 +34,7 @@ def run(
     )
 
 
-def _animate(folder: Path) -> str:
-    """Export the animation of a run; returns a message for the user."""
+def _animate(folder: Path, report: Report) -> None:
+    """Export the animation of a run."""
     path = export_usd(folder)
-    return f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"
+    report.note(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")

@@ -62,13 +62,13 @@ def simulate(
     resume: bool = False,
     hooks: Hooks = (),
     console: Console | None = None,
-    then: Callable[[Path], str] | None = None,
+    then: Callable[[Path, Report], None] | None = None,
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory and checkpoint.
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence and a function, as
-    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error). then: called with the
-    folder when all frames are saved; returns a message of the run.
+    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error). then: called at the
+    end, when all frames are saved, with the folder and the messages of the run.
     Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
     none), RodFailure once no rod is left.
     """
@@ -100,7 +100,7 @@ def simulate(
             rod_steps = _loop(simulation, kept, report, console)
             seconds = time.perf_counter() - start
             if then is not None:
-                report.note(then(folder))
+                then(folder, report)
         finally:
             saver.keep_messages()
     return Run(folder, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)

@@ -26,6 +26,24 @@ from warp_rods.rods.status import Status
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state that an ensemble without external forces may lack."""
 
+FOR_THE_LOOP = frozenset(
+    {
+        *(
+            "prepare_step",
+            "take_step",
+            "finish_step",
+            "recordable",
+            "threads",
+            "version",
+            "refine",
+            "middle",
+            "evaluate",
+        ),
+        *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
+        *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
+    }
+)
+"""Members for the simulation loop, contact and trajectories (see CONTRIBUTING.md), left out of ``help``."""
 T = TypeVar("T")
 
 
@@ -74,6 +92,7 @@ class Ensemble(Readings):
     rods continue.
     """
 
+    _unlisted = FOR_THE_LOOP
     count = Fixed[int]("Number of rods.")
     device = Fixed[wp.Device]("Where the rods are.")
 

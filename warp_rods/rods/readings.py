@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from warp_rods.device import exclusive
+from warp_rods.documented import Documented
 from warp_rods.errors import named
 from warp_rods.rods.variables import Variable
 
@@ -20,7 +21,7 @@ class Reading(NamedTuple):
     take: Callable[[], np.ndarray]
 
 
-class Readings(ABC):
+class Readings(metaclass=Documented):
     """Readings of the present state. Each is a new NumPy array."""
 
     saved: ClassVar[Mapping[str, Variable]]

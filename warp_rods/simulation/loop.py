@@ -11,6 +11,7 @@ from warp_rods import arguments
 from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
+from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
@@ -24,7 +25,7 @@ FEWEST_STEPS = 1000
 """Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
 
 
-class Simulation:
+class Simulation(metaclass=Documented):
     """A scene on a device: its surfaces, ensembles, contact forces and time step.
 
     ``notes`` and ``warnings`` are lines for the user. Raises SceneError for faults that the check of a scene does not

@@ -14,6 +14,7 @@ from rich.console import Console
 
 from warp_rods import arguments
 from warp_rods import device as devices
+from warp_rods.documented import Documented
 from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
@@ -30,7 +31,7 @@ CHECKPOINT_EVERY = 2.0
 Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 
 
-class Run:
+class Run(metaclass=Documented):
     """A finished run.
 
     folder: where it is. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a line for each

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, sparse
 
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.arrays import PARAMETERS
 from warp_rods.rods.free.flagella import Flagella
@@ -42,7 +43,7 @@ STRAIGHT = 1e-7
 
 
 @dataclass(frozen=True)
-class Swimmer:
+class Swimmer(metaclass=Documented):
     """One swimmer whose fixed shapes are sought, with the dimensionless parameters of ``FreeRods``.
 
     parameters: bend β⊥ and twist β∥; optional, with ``DEFAULTS``, are moment M, drag_ratio η, rotational_drag ηr,
@@ -50,6 +51,8 @@ class Swimmer:
     π-rotation symmetry (C.49). held: f [node] of flagella that stay fixed and are not among the unknowns. Raises
     SceneError for an unknown or missing parameter and for a planar swimmer with a moment.
     """
+
+    _unlisted = frozenset({"rods", "law"})
 
     nodes: int
     parameters: Mapping[str, float]

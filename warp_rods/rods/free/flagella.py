@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warp_rods import arguments
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import flagella as kernel
 from warp_rods.rods.per_rod import parameter
@@ -29,7 +30,7 @@ OWN = ("relaxation", "diffusion", "profile", "sharpness", "law")
 
 
 @dataclass(frozen=True)
-class Flagella:
+class Flagella(metaclass=Documented):
     """The flagellar field of an ensemble: profile at the start, law and parameters, dimensionless.
 
     relaxation τf > 0, diffusion D ≥ 0: one number for all rods or one for each. profile: a name in ``PROFILES``, a

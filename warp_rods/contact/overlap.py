@@ -39,7 +39,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Space:
+class OccupiedSpace:
     """Points ``others`` [n, 3] of other rods, in a box of periods [3], 0 along an axis without a period."""
 
     others: np.ndarray
@@ -62,7 +62,7 @@ class Space:
         return d - np.where(self.period > 0, self.period, 0.0) * np.rint(d / divisor)
 
 
-def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> Found:
+def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpace) -> Found:
     """Poses of ``count`` rods with ``clearance`` between them and to other rods, by drawing overlapping rods again.
 
     draw(rods [n]) draws poses [n, …] for the rods of these numbers and returns them with their centre lines
@@ -89,7 +89,7 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
     )
 
 
-def _fitting(lines: np.ndarray, placed: np.ndarray, clearance: float, space: Space) -> np.ndarray:
+def _fitting(lines: np.ndarray, placed: np.ndarray, clearance: float, space: OccupiedSpace) -> np.ndarray:
     """Indices of the centre lines [rod, node, 3] that keep the clearance to ``placed`` points and to earlier lines."""
     nodes = lines.shape[1]
     tree = space.tree(lines.reshape(-1, 3))
@@ -108,7 +108,7 @@ def pushed_apart(
     rotation: np.ndarray,
     shapes: np.ndarray,
     clearance: float,
-    space: Space,
+    space: OccupiedSpace,
     heights: tuple[float, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Positions [rod, 3] and rotations [rod, 3, 3] of rigid rods that keep the clearance, starting from given ones.
@@ -165,12 +165,12 @@ def overlapping(lines: Sequence[np.ndarray], clearance: float, period: np.ndarra
     nodes = np.concatenate([np.full(len(part), part.shape[1]) for part in lines])
     rod = np.repeat(np.arange(len(nodes)), nodes)
     points, rod = points[finite := np.isfinite(points).all(axis=1)], rod[finite]
-    pairs = rod[Space(points, period).tree(points).query_pairs(clearance, output_type="ndarray")]
+    pairs = rod[OccupiedSpace(points, period).tree(points).query_pairs(clearance, output_type="ndarray")]
     return len(np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0))
 
 
 def _too_close(
-    points: np.ndarray, own: int, nodes: int, clearance: float, space: Space
+    points: np.ndarray, own: int, nodes: int, clearance: float, space: OccupiedSpace
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of points of different rods that are closer than the clearance, and the separation of the first from the
     second [pair, 3]. At least one point of a pair is among the first ``own``."""

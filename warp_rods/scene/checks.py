@@ -71,7 +71,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         try:
             made = handler(raw)
         except ValidationError as error:
-            faults = cls._in_our_words(error.errors(include_url=False))
+            faults = cls._worded_faults(error.errors(include_url=False))
         if isinstance(raw, dict):
             bad = {line["loc"][0] for line in faults}
             faults += cls.cross_faults(raw, {key: raw[key] for key in raw if key not in bad})
@@ -80,11 +80,11 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return made
 
     @classmethod
-    def _in_our_words(cls, errors: list[ErrorDetails]) -> Faults:
+    def _worded_faults(cls, errors: list[ErrorDetails]) -> Faults:
         """Faults for the errors of this table, a limited number for each key; nested tables have theirs already."""
         found, named = dict[Any, InitErrorDetails](), Counter[Any]()
         for error in errors:
-            worded = cls._in_words(error)
+            worded = cls._worded_fault(error)
             key = worded["loc"][:1]
             named[key] += error["type"] != "fault"
             if named[key] <= MOST_VALUES_NAMED:
@@ -97,7 +97,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return faults
 
     @classmethod
-    def _in_words(cls, error: ErrorDetails) -> InitErrorDetails:
+    def _worded_fault(cls, error: ErrorDetails) -> InitErrorDetails:
         kind, value = error["type"], error["input"]
         loc = tuple(part for part in error["loc"] if part not in TAGS)
         if kind == "fault":

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.ensemble import MOST_NODES, Ensemble, length_faults, lookup
+from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, length_faults, lookup
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -25,7 +25,7 @@ from warp_rods.scene.per_rod import (
 )
 from warp_rods.values import Positive, ZeroOrMore, shown
 
-__all__ = ["Filaments", "GrowthTable", "Placement"]
+__all__ = ["FilamentsTable", "GrowthTable", "Placement"]
 
 
 class Placement(Table):
@@ -95,7 +95,7 @@ def _rises(values: tuple, ordered: Callable[[float, float], bool]) -> bool:
     return all(len(row) > 0 and all(itertools.starmap(ordered, itertools.pairwise(row))) for row in _rows(values))
 
 
-class Filaments(Ensemble):
+class FilamentsTable(EnsembleTable):
     """An ensemble of filaments bound to the surface (chapter 5)."""
 
     nodes: int = Field(ge=9, le=MOST_NODES, description="a whole number, 9 or more, at most 100 000")

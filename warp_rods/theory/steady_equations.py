@@ -23,7 +23,7 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import from_midpoint
 from warp_rods.rods.per_rod import each_rod
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 
 DEFAULTS = {
     "moment": 0.0, "drag_ratio": 2.0, "rotational_drag": 3e-3, "relaxation": 1e-2, "diffusion": 1e-3,
@@ -61,7 +61,9 @@ class Swimmer(metaclass=Documented):
     held: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        whole = DEFAULTS | {name: float(value) for name, value in self.parameters.items()}
+        # ``FreeRods.parameters`` also lists how the flagella begin and whether symmetry is imposed.
+        given = {name: value for name, value in self.parameters.items() if name not in ("flagella", "symmetric")}
+        whole = DEFAULTS | {name: float(value) for name, value in given.items()}
         wrong, missing = whole.keys() - set(PARAMETERS), set(PARAMETERS) - whole.keys()
         if wrong or missing:
             faulty = ", ".join(sorted(wrong | missing))
@@ -71,7 +73,7 @@ class Swimmer(metaclass=Documented):
         object.__setattr__(self, "parameters", whole)
 
     @classmethod
-    def of(cls, table: Swimmers, rod: int = 0, planar: bool | None = None) -> Swimmer:
+    def of(cls, table: SwimmersTable, rod: int = 0, planar: bool | None = None) -> Swimmer:
         """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0."""
         of_flagella = ("relaxation", "diffusion")
         values = {

@@ -268,3 +268,18 @@ def test_a_rod_that_fails_has_a_status_with_words(make):
     [failure] = rods.failures()
     assert (failure.rod, failure.what) == (1, Status.NOT_FINITE.words)
     assert "1 of them frozen" in repr(rods)
+
+
+def test_readings_of_a_frozen_rod_are_those_of_its_last_shape(make):
+    """Those that contain velocities are NaN under a force that is not finite; the other rods are not affected."""
+    rods = make()
+    force = np.zeros((rods.count, rods.nodes, 3))
+    force[1, 8] = np.nan
+    rods.force_array.assign(force)
+    rods.step(STEP, 3)
+    for name in READINGS:
+        values = getattr(rods, name)
+        assert np.isfinite(values[0]).all()
+        assert np.isfinite(values[1]).all() == (name not in ("tension", "dissipation", "power")), name
+    rods.force = [0, 0, 0]
+    assert all(np.isfinite(getattr(rods, name)).all() for name in READINGS)

@@ -64,11 +64,12 @@ def shape_of(array: wp.array) -> tuple[int, ...]:
 class Fixed(Generic[T]):
     """A read-only attribute of an ensemble, given when the ensemble was made."""
 
-    def __init__(self, description: str):
-        self.__doc__ = description
+    def __init__(self, description: str, of: str = ""):
+        """``of``: the name under which the value was given, if it is another."""
+        self.__doc__, self._name = description, of
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
+        self._name = self._name or name
 
     @overload
     def __get__(self, ensemble: None, owner: type) -> Self: ...

@@ -22,7 +22,12 @@ class Reading(NamedTuple):
 
 
 class Readings(metaclass=Documented):
-    """Readings of the present state. Each is a new NumPy array."""
+    """Readings of the present state, which they do not change. Each is a new NumPy array.
+
+    A frozen rod has the readings of its last valid shape. Tension, dissipation and power follow from that shape and the
+    present force: they are NaN where the force that stopped the rod is not finite. In sums over rods use those whose
+    ``status`` is 0, as the measures of a trajectory do.
+    """
 
     saved: ClassVar[Mapping[str, Variable]]
     """The variables of a frame by name, those of contact included; ``variables`` returns the others."""

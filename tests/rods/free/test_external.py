@@ -90,3 +90,11 @@ def test_a_force_of_another_shape_is_refused(device):
     rods = in_space(device, nodes=33, external=lambda t, x, R: x[..., 0])
     with pytest.raises(SceneError, match=r"force: must be one vector, or \(1, 33, 3\)"):
         rods.step(STEP)
+
+
+def test_stiffnesses_have_the_names_of_trajectories(device):
+    rods = in_space(device, nodes=33, count=2, bend=[1e-3, 2e-3])
+    np.testing.assert_array_equal(rods.bending_stiffness, rods.static()["bending_stiffness"])
+    np.testing.assert_array_equal(rods.twist_stiffness, rods.static()["twist_stiffness"])
+    with pytest.raises(AttributeError, match="is fixed"):
+        rods.twist_stiffness = 1.0

@@ -30,7 +30,8 @@ class FreeRods(FreeReadings, Ensemble):
     """Active rods, each with its own parameters. NumPy in, NumPy out; no files.
 
     Quantities are dimensionless as in docs/model.md §1.2: length L, velocity f*/ζ∥, time ζ∥L/f*. One number for all
-    rods or one for each: bend β⊥ and twist β∥ (stiffnesses), moment M, drag_ratio η, rotational_drag ηr.
+    rods or one for each: bend β⊥ and twist β∥, which are stiffnesses and not strains, as in a scene; moment M,
+    drag_ratio η, rotational_drag ηr.
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
@@ -46,8 +47,12 @@ class FreeRods(FreeReadings, Ensemble):
 
     saved = SWIMMER_VARIABLES
 
-    bend = Parameter("Bending stiffness β⊥ [rod].")
-    twist = Parameter("Twist stiffness β∥ [rod].")
+    bend = Parameter("Bending stiffness β⊥ [rod]; the same as ``bending_stiffness``.")
+    twist = Parameter(
+        "Twist stiffness β∥ [rod]; the same as ``twist_stiffness``. The twist itself is ``strain[..., 0]``."
+    )
+    bending_stiffness = Parameter("Bending stiffness β⊥ [rod], as trajectories name it.", of="bend")
+    twist_stiffness = Parameter("Twist stiffness β∥ [rod], as trajectories name it.", of="twist")
     moment = Parameter("Active moment M [rod].")
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
     rotational_drag = Parameter("Rotational drag ηr [rod].")

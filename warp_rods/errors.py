@@ -4,13 +4,18 @@ import difflib
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
+from warp_rods.documented import Documented
+
+__all__ = ["RodFailure", "RunFolderError", "SceneError", "UnknownReproduction", "WarpRodsError"]
+
 Row = TypeVar("Row")
 
 
-class WarpRodsError(Exception):
+class WarpRodsError(Exception, metaclass=Documented):
     """Base class of all errors of this package; ``exit_code`` is the exit code of the command line."""
 
     exit_code = 1
+    _unlisted = frozenset({"exit_code"})
 
 
 class SceneError(WarpRodsError, ValueError):
@@ -30,7 +35,7 @@ class RodFailure(WarpRodsError):
 
 
 class UnknownReproduction(WarpRodsError):
-    """A name of no reproduction; lists the known ones."""
+    """An unknown name of a reproduction; lists the known ones."""
 
     exit_code = 2
 

@@ -11,7 +11,7 @@ from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
 
 from warp_rods.contact.overlap import pushed_apart, without_overlap
-from warp_rods.contact.segments import Space
+from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
@@ -193,7 +193,7 @@ def _find_poses(
 
     if scene.steric is None:
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
-    space = Space(others, np.array(scene.period))
+    space = OccupiedSpace(others, np.array(scene.period))
     if arrangement != "random" or region.container:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
@@ -207,7 +207,7 @@ def _find_poses(
 
     for _ in range(MOST_ATTEMPTS):
         drawn = without_overlap(
-            len(shapes), draw_compressed, close, Space([part * compression for part in others], space.period)
+            len(shapes), draw_compressed, close, OccupiedSpace([part * compression for part in others], space.period)
         )
         position, rotation = drawn.poses
         heights = (float(region.low[2]), float(region.high[2])) if region.flat else None

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from warp_rods.contact.segments import Close, Segments, Space
+from warp_rods.contact.segments import Close, OccupiedSpace, Segments
 from warp_rods.errors import SceneError
 
 MOST_ROUNDS = 200
@@ -45,7 +45,7 @@ class Found(NamedTuple):
         )
 
 
-def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> Found:
+def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpace) -> Found:
     """Poses of ``count`` rods with ``clearance`` between them and to other rods, by drawing overlapping rods again.
 
     The clearance is that of centre lines.
@@ -74,7 +74,7 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
     )
 
 
-def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: Space) -> np.ndarray:
+def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: OccupiedSpace) -> np.ndarray:
     """Indices of the centre lines [rod, node, 3] that keep the clearance to ``placed`` lines and to earlier lines."""
     own, there = Segments.of([lines]), Segments.of(placed)
     good = np.ones(len(lines), dtype=bool)
@@ -92,7 +92,7 @@ def pushed_apart(
     rotation: np.ndarray,
     shapes: np.ndarray,
     clearance: float,
-    space: Space,
+    space: OccupiedSpace,
     heights: tuple[float, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Positions [rod, 3] and rotations [rod, 3, 3] of rigid rods that keep the clearance, starting from given ones.
@@ -123,7 +123,7 @@ def pushed_apart(
     return None
 
 
-def _directions(segments: Segments, close: Close, space: Space) -> np.ndarray:
+def _directions(segments: Segments, close: Close, space: OccupiedSpace) -> np.ndarray:
     """Unit vectors [pair, 3] along which to separate close segments; along that of their middles if they intersect."""
     middle = segments.middle
     crossed = close.distance[:, None] < CROSSED * np.maximum(segments.longest, np.finfo(float).tiny)
@@ -162,5 +162,5 @@ def _rigid_motions(
 def overlapping(lines: Sequence[np.ndarray], clearance: float, period: np.ndarray) -> int:
     """The number of pairs of rods closer than the clearance; lines: [rod, node, 3] of each ensemble."""
     segments = Segments.of(lines)
-    close = Space((), period).close_within(segments, clearance)
+    close = OccupiedSpace((), period).close_within(segments, clearance)
     return len(np.unique(np.sort(segments.rod[np.stack([close.first, close.second], axis=1)], axis=1), axis=0))

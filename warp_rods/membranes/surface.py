@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive, start
+from warp_rods.documented import Documented
 from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
 from warp_rods.membranes import motion
 from warp_rods.membranes.level_set import Kind, LevelSet, Values
@@ -20,7 +21,7 @@ INSTANT = 1e-5
 """Half the time interval of the difference quotient for the velocity of a moving surface."""
 
 
-class Surface:
+class Surface(metaclass=Documented):
     """A surface: its field φ and its parameters. Takes and returns NumPy arrays; made by ``surfaces.make``.
 
     A surface with a formula in t among its values moves. Its methods then refer to t = 0; see ``at`` for other times.

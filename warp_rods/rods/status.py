@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import EnumMeta, IntEnum
 
 from warp_rods.kernels import status
 
 
-class Status(IntEnum):
+class _Documented(EnumMeta):
+    """Limits ``help`` to the statuses and their words, without the members of integers."""
+
+    def __dir__(cls) -> list[str]:
+        return [*cls.__members__, "words"]
+
+
+class Status(IntEnum, metaclass=_Documented):
     """OK, or why a rod was frozen at its last valid state; the numbers are those of ``kernels/status.py``."""
 
     OK = int(status.OK)

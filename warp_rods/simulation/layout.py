@@ -12,7 +12,7 @@ import numpy as np
 from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
 from warp_rods.contact.barrier import barrier_warnings
 from warp_rods.contact.overlap import overlapping, without_overlap
-from warp_rods.contact.segments import Space
+from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
@@ -22,9 +22,9 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.step_limits import SAMPLES, StepLimit, filament_limits, wall_limit
-from warp_rods.scene.filaments import Filaments, Growth
+from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.surfaces import build_surfaces
 
@@ -113,7 +113,7 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     return found
 
 
-def _filaments(layout: Layout, table: Filaments) -> None:
+def _filaments(layout: Layout, table: FilamentsTable) -> None:
     surface, scene = layout.surface, layout.scene
     assert surface is not None  # a scene of filaments without a surface is refused
     times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
@@ -148,7 +148,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
     layout.warnings += coarse[-1:]
 
 
-def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[str]:
+def _unresolved(surface: Surface, table: FilamentsTable, points: np.ndarray) -> list[str]:
     """A warning if the spacing of nodes is too large for the curvature of the surface or the intrinsic curvature."""
     spacing = float(np.max(table.length)) / (table.nodes - 1)
     principal = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
@@ -162,13 +162,15 @@ def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[
     ]
 
 
-def _growth_of(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
+def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
-    return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    each = {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    rows = {key: np.array(whole[key]) for key in ("time", "length") if key in whole}
+    return whole | each | {key: values[rods] if values.ndim == 2 else values for key, values in rows.items()}
 
 
-def _check_length(surface: Surface, table: Filaments) -> None:
+def _check_length(surface: Surface, table: FilamentsTable) -> None:
     low, high = surface.box
     circumference = math.pi * float((high - low).max()) / SPARE
     growth = table.growth
@@ -181,7 +183,7 @@ def _check_length(surface: Surface, table: Filaments) -> None:
         )
 
 
-def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+def _random(layout: Layout, table: FilamentsTable, build: Callable) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
@@ -195,14 +197,14 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
         direction = placement.isotropic_directions(surface, position, rng)
         return (position, direction), build(position, direction, rods).position
 
-    space = Space(layout.lines, np.array(layout.scene.period))
+    space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
     return position, direction
 
 
-def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
+def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     return FreeRods(
         table.count,
@@ -225,7 +227,7 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     return poses
 
 
-def _swimmers(layout: Layout, table: Swimmers) -> None:
+def _swimmers(layout: Layout, table: SwimmersTable) -> None:
     placed: dict[str, np.ndarray] = {}
     if isinstance(table.placement, str):
         if table.placement not in layout.arranged:
@@ -243,7 +245,7 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
         layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 
-def _symmetric_start(table: Swimmers, rods: FreeRods) -> list[str]:
+def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:
     """A note if nothing but round-off can break the symmetry of swimmers."""
     count = int(rods.symmetric_start.sum())
     if not count:

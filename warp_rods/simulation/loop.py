@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
-from warp_rods.errors import RodFailure, RunFolderError
+from warp_rods.documented import Documented
+from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
 from warp_rods.scene.scene import Scene
@@ -24,7 +26,7 @@ FEWEST_STEPS = 1000
 """Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
 
 
-class Simulation:
+class Simulation(metaclass=Documented):
     """A scene on a device: its surfaces, ensembles, contact forces and time step.
 
     ``notes`` and ``warnings`` are lines for the user. Raises SceneError for faults that the check of a scene does not
@@ -32,7 +34,8 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, device: str | None = None):
-        self.scene, self.device = scene, device_of(device)
+        made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"
+        self.scene, self.device = arguments.instance("scene", scene, Scene, made), device_of(device)
         self._known_failures: set[tuple[str, int]] = set()
         laid_out = layout.lay_out(scene, self.device)
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
@@ -59,8 +62,8 @@ class Simulation:
         self._reset_warnings()
 
     def __repr__(self) -> str:
-        ensembles = ", ".join(f"{e.count} {name}" for name, e in self.ensembles.items())
-        return f"<Simulation of {ensembles} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
+        counts = [f"{name} ({e.count} rod{'s' if e.count > 1 else ''})" for name, e in self.ensembles.items()]
+        return f"<Simulation of {', '.join(counts)} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
         """The step of the scene, or a fraction of the smallest bound; and a warning for each bound that it exceeds."""
@@ -106,14 +109,17 @@ class Simulation:
         """Call ``function(simulation)`` at a cadence: ``wr.every(steps=…)`` or ``wr.every(time=…)``.
 
         It is called at the start and after the first step that reaches its time. With steric forces it is called after
-        a block of steps, because a block may be repeated. The bits of the run do not change. The function may read
-        ensembles and call ``stop``.
+        a block of at most four steps, because a block may be repeated. The bits of the run do not change. The function
+        may read ensembles, set their ``force`` in scenes without contact, and call ``stop``; then it is not called
+        again. Raises SceneError for anything that is not a cadence and a function.
         """
-        self._hooks.append(Hook(cadence, function))
+        self._hooks.append(Hook.read("attach", (cadence, function)))
 
     def stop(self, reason: str) -> None:
-        """End the run at its next frame, which is saved."""
-        self.stopped = reason
+        """End the run at its next frame, which is saved, for a ``reason`` in words; the first one is kept."""
+        reason = arguments.instance("reason", reason, str, "text that says why the run ends")
+        if self.stopped is None:
+            self.stopped = reason
 
     def advance(self) -> Iterator[int]:
         """Advance to the last frame, calling hooks; yields the number of planned steps since the start."""
@@ -193,10 +199,19 @@ class Simulation:
         return {**arrays, "frame": np.array(self.frame), "substeps": np.array(self.contact.substeps)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Return to a ``state`` of the same scene; the next steps have the same bits."""
+        """Return to a ``state`` of the same scene; the next steps have the same bits.
+
+        Raises SceneError, and changes nothing, for a state that is not one of these ensembles.
+        """
+        parts = {name: _under(f"{name}/", state) for name in self.ensembles}
         for name, ensemble in self.ensembles.items():
-            prefix = f"{name}/"
-            ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
+            try:
+                ensemble.check_state(parts[name])
+            except SceneError as error:
+                raise SceneError(f"{name}: {error}") from None
+        arguments.whole("state['frame']", state.get("frame"), 0)
+        for name, ensemble in self.ensembles.items():
+            ensemble.restore(parts[name])
         self._surroundings.rebuild_lists()
         self.contact.substeps = int(state.get("substeps", 1))
         self.frame = int(state["frame"])
@@ -207,3 +222,8 @@ class Simulation:
         self.steps_taken = self.frames.steps_to(self.frame)
         for hook in self._hooks:
             hook.skip_past(self)
+
+
+def _under(prefix: str, state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The arrays whose names begin with a prefix, without it."""
+    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}

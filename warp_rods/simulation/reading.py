@@ -13,6 +13,7 @@ import zarr
 from xarray.backends import BackendArray
 from xarray.core import indexing  # see "How to add a new backend" of xarray; hence the upper bound in pyproject
 
+from warp_rods import arguments
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import Chunks
 from warp_rods.simulation.document import CHECKSUM, FRAMES, Document
@@ -28,11 +29,12 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
     The run may still be in progress, or have been killed. Raises RunFolderError if there is no run, or its metadata are
     damaged; and where values are read later, for a frame that is missing or damaged, naming it and its variable.
     """
-    path = Path(run_dir) / STORE
+    run_dir = arguments.path("run_dir", run_dir)
+    path = run_dir / STORE
     document = Document.read(path)
     attributes = {key: value for key, value in document.attributes.items() if key not in (FRAMES, CHECKSUM)}
     if "scene" in attributes:
-        attributes["scene"] = _with_whole_paths(attributes["scene"], Path(run_dir))
+        attributes["scene"] = _with_whole_paths(attributes["scene"], run_dir)
     # Each group keeps the scene, which describes its membrane and its box.
     scene = {key: text for key, text in attributes.items() if key == "scene"}
     try:

@@ -12,13 +12,15 @@ import numpy as np
 import xarray as xr
 from rich.console import Console
 
+from warp_rods import arguments
 from warp_rods import device as devices
+from warp_rods.documented import Documented
 from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
 from warp_rods.simulation.begun import Begun
-from warp_rods.simulation.hooks import Cadence, EveryFrame
+from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.output import chosen
@@ -32,7 +34,7 @@ CHECKPOINT_EVERY = 2.0
 Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 
 
-class Run:
+class Run(metaclass=Documented):
     """A finished run.
 
     folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a
@@ -72,18 +74,21 @@ def simulate(
     resume: bool = False,
     hooks: Hooks = (),
     console: Console | None = None,
+    then: Callable[[Path, Scene, Report], None] | None = None,
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory and checkpoint.
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence and a function, as
-    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error).
+    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error). then: called at the
+    end, when all frames are saved, with the folder and the messages of the run.
     Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
     none), RodFailure once no rod is left.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
-    folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+    stem = Path(scene).stem if isinstance(scene, (str, Path)) else "scene"
+    folder = Path("runs") / stem if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
-    device = devices.choose(device)
+    device, attached = devices.choose(device), read_hooks(hooks)
     mark = RunFolder.mark(folder)
     if resume:
         read_checkpoint(folder)
@@ -92,8 +97,8 @@ def simulate(
         RunFolder.check_free(folder, overwrite)
     report = Report()
     simulation = _prepare(scene, device, report, console)
-    for cadence, function in hooks:
-        simulation.attach(cadence, function)
+    for hook in attached:
+        simulation.attach(hook.cadence, hook.function)
     state: dict[str, np.ndarray] | None = None
     if resume:
         kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
@@ -109,9 +114,13 @@ def simulate(
         if state is not None:
             _go_on_from(simulation, state, report)
         start = time.perf_counter()
-        rod_steps = _loop(simulation, kept, report, console)
-        seconds = time.perf_counter() - start
-        saver.keep_messages()
+        try:
+            rod_steps = _loop(simulation, kept, report, console)
+            seconds = time.perf_counter() - start
+            if then is not None:
+                then(folder, simulation.scene, report)
+        finally:
+            saver.keep_messages()
     return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
 
 
@@ -197,6 +206,9 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
     except KeyboardInterrupt:
         again = simulation.frames.times[max(kept.checkpointed, 0)]
         report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
+        raise
+    except Exception as error:
+        report.keep(f"ended at t = {simulation.now:g} by {type(error).__name__}: {error}")
         raise
 
 

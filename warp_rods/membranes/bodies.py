@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,10 @@ class Bodies(NamedTuple):
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    def box(self, numbers: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [3] around these bodies."""
+        return _box(self.triangles.points[np.isin(self.of_points, numbers)])
 
     def nearest(self, x: np.ndarray) -> np.ndarray:
         """The number of the body nearest to each point [n, 3]."""

@@ -44,6 +44,8 @@ def from_file(
     if np.prod(header.shape, dtype=float) > MOST_NODES:
         raise FileError(f"has shape {header.shape}: at most {MOST_NODES:.0g} nodes in all; crop it, or make it coarser")
     values, header = read_stack(path, axes)
+    if header.spacing != spacing:  # given in the scene, in units of the scene
+        header = header._replace(spacing=None, unit="")
     mask = voxels.mask_of(values, label)
     if mask is None:
         return _from_level_set(np.ascontiguousarray(values, dtype=float), h, start, header)

@@ -81,6 +81,8 @@ def membrane(inside: np.ndarray, spacing: np.ndarray, origin: np.ndarray) -> tup
         raise FileError(f"has only specks of fewer than {FEWEST_VOXELS} voxels inside: too few for a shape")
     if not (cleaned > 0.5).any() or (cleaned > 0.5).all():
         raise FileError("has voxels that are all inside or all outside: there is no boundary")
+    if all((np.take(cleaned, (0, -1), axis) > 0.5).all() for axis in range(3)):
+        raise FileError("is inside all over the faces of the array: exchange inside and outside (outward is φ > 0)")
     leaves = np.array([[(np.take(cleaned, end, axis) > 0.5).any() for end in (0, -1)] for axis in range(3)])
     cleaned, first = _fitting(cleaned, spacing, leaves)
     field, finer = _between_slices(cleaned, spacing)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -82,6 +82,11 @@ class Filaments(Ensemble):
         default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
     )
     growth: Growth | None = Field(default=None, description="a table { rate, until } or { time, length }")
+    bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
+    )
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -94,7 +99,15 @@ class Filaments(Ensemble):
                 vectors=("stiffness", "intrinsic", "drag"),
             ),
             *_node_faults(raw, good),
+            *_body_faults(good),
         ]
+
+
+def _body_faults(good: dict[str, Any]) -> Faults:
+    if good.get("bodies") is None or isinstance(good.get("placement", "random"), str):
+        return []
+    text = f" = {shown(good['bodies'])}: is for random placement; given positions are on the body nearest to them"
+    return [fault(("bodies",), good["bodies"], text)]
 
 
 def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

@@ -17,6 +17,7 @@ from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
+from warp_rods.membranes.surfaces import bodies_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
@@ -25,7 +26,7 @@ from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.surfaces import build_surfaces
+from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
 
 SWIMMER_STEP = 1e-3
 """Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
@@ -70,6 +71,10 @@ class Layout:
 def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
     layout = Layout(scene, device, *build_surfaces(scene))
+    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
+        notes, warnings = lines_on_data(scene, path, surface)
+        layout.notes += notes
+        layout.warnings += warnings
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
@@ -135,8 +140,9 @@ def _filaments(layout: Layout, table: Filaments) -> None:
             device=layout.device,
         )  # fmt: skip
 
+    part = _part(surface, table)
     if table.placement == "random":
-        position, direction = _random(layout, table, build)
+        position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
     else:
         p = table.placement
@@ -145,7 +151,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
-        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
+        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0), part)
         limits.append(filament_limits(now, points, rods))
         coarse += _unresolved(now, table, points)
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
@@ -185,17 +191,30 @@ def _check_length(surface: Surface, table: Filaments) -> None:
         )
 
 
-def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+def _part(surface: Surface, table: Filaments) -> placement.Part | None:
+    """The part of the membrane that carries these filaments, None for all of it."""
+    if table.bodies is None:
+        return None
+    bodies = bodies_of(surface)
+    if max(table.bodies) >= len(bodies):
+        raise SceneError(f"bodies = {list(table.bodies)}: the membrane has {bodies.listed()}")
+    chosen = list(table.bodies)
+    return placement.Part(*bodies.box(chosen), lambda x: np.isin(bodies.nearest(x), chosen))
+
+
+def _random(
+    layout: Layout, table: Filaments, part: placement.Part | None, build: Callable
+) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
     if steric is None:
-        position = placement.uniform_points(surface, table.count, rng)
+        position = placement.uniform_points(surface, table.count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        position = placement.uniform_points(surface, len(rods), rng)
+        position = placement.uniform_points(surface, len(rods), rng, part)
         direction = placement.isotropic_directions(surface, position, rng)
         return (position, direction), build(position, direction, rods).position
 

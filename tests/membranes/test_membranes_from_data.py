@@ -295,7 +295,7 @@ def test_the_order_of_axes_is_that_of_the_image_tool(spacing, tmp_path):
     check_axes(surfaces.make("grid", {"file": saved(tmp_path, inside), "spacing": spacing}))
     turned = {"file": saved(tmp_path, inside.transpose()), "spacing": spacing, "axes": "zyx"}
     check_axes(surfaces.make("grid", turned))
-    with pytest.raises(SceneError, match='surface.axes = "yxz": must be "xyz" or "zyx"'):
+    with pytest.raises(SceneError, match=r'surface.axes = "yxz": must be "xyz" or "zyx"'):
         surfaces.make("grid", turned | {"axes": "yxz"})
 
 

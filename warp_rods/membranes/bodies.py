@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warp_rods.membranes.files import shown_point
 from warp_rods.membranes.triangles import Triangles
 
 __all__ = ["Bodies", "Body", "oriented"]
@@ -66,8 +67,8 @@ class Bodies(NamedTuple):
         words = []
         for number, body in enumerate(self.bodies[:MOST_LISTED]):
             kind = "cavity" if body.depth % 2 else "body"
-            centre = ", ".join(f"{c + 0.0:.4g}" for c in body.centre)
-            words.append(f"{number} ({kind}, volume {body.volume:.4g}, around ({centre}))")
+            rounded = np.round(body.centre / self.triangles.size, 6) * self.triangles.size
+            words.append(f"{number} ({kind}, volume {body.volume:.4g}, around {shown_point(rounded)})")
         more = len(self.bodies) - MOST_LISTED
         return ", ".join(words) + (f", and {more} smaller ones" if more > 0 else "")
 

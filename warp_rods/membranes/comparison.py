@@ -27,7 +27,8 @@ SAMPLES = 2000
 def compared(raw: Raw, fit: Fit, what: str, notes: Sequence[str], remedy: str, metres: float | None = None) -> LevelSet:
     """The level set with notes and warnings; raises FileError where bodies are gone, joined or divided."""
     before, after = raw.shape, fit.shape
-    if lost := _lost(raw.bodies, fit.bodies):
+    owner = raw.bodies.nearest(fit.bodies.triangles.points)
+    if lost := _lost(raw.bodies, fit.bodies, owner):
         raise FileError(
             f"is too coarse for its finest parts: with nodes {_shown(fit.spacing)} apart and smoothing over "
             f"{fit.width:.3g}, {lost}; use {remedy}, or leave out what is too fine"
@@ -38,8 +39,9 @@ def compared(raw: Raw, fit: Fit, what: str, notes: Sequence[str], remedy: str, m
         f"after smoothing: {_words(after, before)}; nodes {_shown(fit.spacing)} apart, smoothed over {fit.width:.3g}; "
         f"curvature to about {_percent(error)}"
     )
-    if len(fit.bodies) > 1:
-        lines.append(f"bodies {fit.bodies.listed()}")
+    bodies = Bodies(raw.bodies.bodies, fit.bodies.triangles, owner)  # numbered and measured as in the data
+    if len(bodies) > 1:
+        lines.append(f"bodies {bodies.listed()}")
     wrong = {name: change for name, change in after.changes(before).items() if abs(change) > AGREE}
     warnings = []
     if wrong:
@@ -47,7 +49,7 @@ def compared(raw: Raw, fit: Fit, what: str, notes: Sequence[str], remedy: str, m
         warnings.append(f"smoothing changes the {changed}: use {remedy}")
     if error > UNSURE:
         warnings.append(f"curvature is only known to about {_percent(error)}: use {remedy}")
-    return replace(fit.level_set, data=Data(tuple(lines), tuple(warnings), fit.bodies, metres))
+    return replace(fit.level_set, data=Data(tuple(lines), tuple(warnings), bodies, metres))
 
 
 def _words(shape: Shape, before: Shape | None = None) -> str:
@@ -73,9 +75,8 @@ def _shown(spacing: np.ndarray) -> str:
     return f"{spacing[0]:.3g}" if np.ptp(spacing) < 1e-9 * spacing[0] else " × ".join(f"{h:.3g}" for h in spacing)
 
 
-def _lost(before: Bodies, after: Bodies) -> str:
-    """Words on bodies that are gone, joined or divided, or none."""
-    owner = before.nearest(after.triangles.points)
+def _lost(before: Bodies, after: Bodies, owner: np.ndarray) -> str:
+    """Words on bodies that are gone, joined or divided, or none; ``owner``: the earlier body of each later point."""
     pairs = np.unique(np.stack([owner, after.of_points]), axis=1).T
     gone = [n for n in range(len(before)) if n not in pairs[:, 0]]
     if gone:

@@ -50,7 +50,8 @@ class Grid:
         if (spacing := spacing or header.spacing) is None:
             text = f": missing, and {path} has no voxel size; must be a positive number, or three (x, y, z)"
             return {}, [(("spacing",), text)]
-        values |= {"spacing": spacing, "origin": origin or _default_origin(header, spacing), "axes": header.axes}
+        values |= {"spacing": spacing, "origin": origin or _default_origin(header, spacing)}
+        values |= {"axes": header.axes} if order or header.axes != "xyz" else {}
         return values | ({} if label is None else {"label": label}), []
 
     def level_set(self, values: Values) -> LevelSet:

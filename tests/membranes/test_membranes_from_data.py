@@ -104,8 +104,10 @@ def test_a_neck_too_fine_for_the_spacing_is_refused_and_one_that_changes_is_warn
     file = exported(tmp_path, trimesh.Trimesh(mesh.points, mesh.triangles))
     with pytest.raises(SceneError, match=r"would fall into 2 pieces.*finer spacing"):
         surfaces.make("grid", {"file": file, "spacing": 0.2})
-    surface = surfaces.make("grid", {"file": file, "spacing": 0.06})
-    assert any("smoothing changes the finest part by" in line for line in surface.data.warnings)
+    surface = surfaces.make("grid", {"file": file, "spacing": 0.1})
+    neck = surface.project(np.array([[np.sqrt(1.003**2 - 1), 0, 0]]))[0, 0]
+    said_change = float(surface.data.warnings[0].split("finest part by ")[1].split(" %")[0]) / 100
+    assert said_change < -0.2 and said_change == pytest.approx(neck / np.sqrt(1.003**2 - 1) - 1, abs=0.05)
     assert surface.data.warnings[0] in caplog.text
 
 

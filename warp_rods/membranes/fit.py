@@ -28,7 +28,7 @@ ENOUGH = 3.0
 """Width of the smoothing in grid spacings beyond which a finer grid shows nothing more."""
 RESOLVED = 1.2
 """Smallest width of the smoothing in grid spacings."""
-MARGIN = 4.0
+MARGIN = 3.0
 """Distance of the membrane from the ends of its grid in units of the width."""
 AVERAGED = 2
 """Rounds by which normals of triangles are averaged for the finest part."""

@@ -17,7 +17,6 @@ from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
-from warp_rods.membranes.surfaces import bodies_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
@@ -26,7 +25,7 @@ from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
+from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
 SWIMMER_STEP = 1e-3
 """Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
@@ -140,7 +139,7 @@ def _filaments(layout: Layout, table: Filaments) -> None:
             device=layout.device,
         )  # fmt: skip
 
-    part = _part(surface, table)
+    part = part_of(surface, table.bodies)
     if table.placement == "random":
         position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
@@ -189,17 +188,6 @@ def _check_length(surface: Surface, table: Filaments) -> None:
             f"length = {length:g}: larger than the circumference of the {surface.kind}, {circumference:.4g}: the "
             f"filament would overlap itself; use a shorter filament or a larger surface"
         )
-
-
-def _part(surface: Surface, table: Filaments) -> placement.Part | None:
-    """The part of the membrane that carries these filaments, None for all of it."""
-    if table.bodies is None:
-        return None
-    bodies = bodies_of(surface)
-    if max(table.bodies) >= len(bodies):
-        raise SceneError(f"bodies = {list(table.bodies)}: the membrane has {bodies.listed()}")
-    chosen = list(table.bodies)
-    return placement.Part(*bodies.box(chosen), lambda x: np.isin(bodies.nearest(x), chosen))
 
 
 def _random(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+
+import numpy as np
 
 from warp_rods.errors import SceneError
-from warp_rods.membranes.surfaces import Surface, built
+from warp_rods.membranes.sampling import Part
+from warp_rods.membranes.surfaces import Surface, bodies_of, built
 from warp_rods.scene.scene import Scene
 from warp_rods.values import shown
 
@@ -23,6 +27,16 @@ def build_surfaces(scene: Scene) -> tuple[Surface | None, Surface | None]:
         raise SceneError("\n".join(faults))
     membrane, container = found
     return membrane, container
+
+
+def part_of(surface: Surface, numbers: Sequence[int] | None) -> Part | None:
+    """The part of a membrane made of these bodies, None for all of it; raises SceneError where it has no such body."""
+    if numbers is None:
+        return None
+    bodies, chosen = bodies_of(surface), list(numbers)
+    if max(chosen) >= len(bodies):
+        raise SceneError(f"bodies = {chosen}: the membrane has {bodies.listed()}")
+    return Part(*bodies.box(chosen), lambda x: np.isin(bodies.nearest(x), chosen))
 
 
 def lines_on_data(scene: Scene, path: str, surface: Surface | None) -> tuple[list[str], list[str]]:

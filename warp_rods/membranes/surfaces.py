@@ -24,7 +24,7 @@ from warp_rods.membranes.surface import INSTANT as INSTANT
 from warp_rods.membranes.surface import Surface
 from warp_rods.values import key_path, plain
 
-__all__ = ["KINDS", "Surface", "bodies_of", "built", "make"]
+__all__ = ["KINDS", "Surface", "make"]
 
 
 def make(kind: str, values: Any, *, path: str = "surface", end: float = 0.0) -> Surface:

@@ -16,7 +16,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.surface.spline import spline
 from warp_rods.membranes import surfaces
-from warp_rods.membranes.spline import PAD
+from warp_rods.membranes.fit import PAD
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.scene.scene import Scene
 
@@ -209,7 +209,7 @@ WRONG = [
     ("above.npy", {"origin": 1.0}, ["surface.origin = 1.0: must be three numbers"]),
     ("above.npy", {"size": 1.0}, ["surface.size", "file, spacing, origin"]),
     ("absent.npy", {}, ["there is no file", "absent.npy"]),
-    ("shape.tif", {}, ["surface.file", ".npy, .obj, .stl, .ply"]),
+    ("shape.czi", {}, ["surface.file", ".npy, .obj, .stl, .ply"]),
 ]
 
 

@@ -36,6 +36,9 @@ def inspect(surface: Surface) -> Inspection:
     largest = float(finite.max()) if len(finite) else 0.0
     faces = np.concatenate([np.take(phi, (0, -1), axis=axis).ravel() for axis in range(3)])
     closed = bool((faces > -1e-9 * largest).all())
+    if surface.data.bodies is not None:  # of a file: its surface is known, and may be too small for the samples
+        points = surface.data.bodies.triangles.points
+        return Inspection(closed, _roughness(surface, surface.project(_some(points)), largest))
     if np.isnan(phi).any():
         return Inspection(closed, [f": φ is not a number at {_point(x[np.isnan(phi)][0])}, in its box"])
     if (phi > 0).all() or (phi <= 0).all():
@@ -67,13 +70,17 @@ def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
         a_out, b_out = (np.delete(np.moveaxis(phi, axis, 0), end, axis=0) > 0 for end in (-1, 0))
         ends += [(a[b_out & ~a_out], b[b_out & ~a_out]), (b[a_out & ~b_out], a[a_out & ~b_out])]
     inside, outside = (np.concatenate(points) for points in zip(*ends, strict=True))
-    stride = -(-len(inside) // MOST_POINTS)
-    inside, outside = inside[::stride], outside[::stride]
+    inside, outside = _some(inside), _some(outside)
     for _ in range(52):
         middle = (inside + outside) / 2
         positive = (surface.phi(middle) > 0)[:, None]
         inside, outside = np.where(positive, inside, middle), np.where(positive, middle, outside)
     return inside
+
+
+def _some(points: np.ndarray) -> np.ndarray:
+    """``MOST_POINTS`` of the points at most."""
+    return points[:: -(-len(points) // MOST_POINTS)]
 
 
 def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:

@@ -24,18 +24,20 @@ def kept_bytes(grid: np.ndarray, numbers: np.ndarray, box: Box, values: Values) 
     """The content of a file with the field of a surface; ``values``: those of its table, with spacing and origin."""
     buffer = io.BytesIO()
     arrays: dict[str, Any] = {"grid": grid, "numbers": numbers, "low": box[0], "high": box[1]}
-    np.savez(buffer, **arrays, spacing=np.array(values["spacing"]), origin=np.array(values["origin"]))
+    spacing = values.get("spacing")  # None: chosen when the surface was made
+    arrays["spacing"] = np.array([] if spacing is None else spacing)
+    np.savez(buffer, **arrays, origin=np.array(values["origin"]))
     return buffer.getvalue()
 
 
 @functools.lru_cache(maxsize=4)
-def kept_level_set(path: Path, changed: int, spacing: tuple[float, ...], origin: tuple[float, ...]) -> LevelSet:
+def kept_level_set(path: Path, changed: int, spacing: tuple[float, ...] | None, origin: tuple[float, ...]) -> LevelSet:
     """The surface in a file last changed at the time ``changed``; raises FileError.
 
     A kept field cannot be sampled again: ``spacing`` and ``origin`` must be those with which it was.
     """
     arrays = _read(path)
-    for name, value in (("spacing", spacing), ("origin", origin)):
+    for name, value in (("spacing", spacing or ()), ("origin", origin)):
         if tuple(arrays[name].tolist()) != tuple(value):
             raise FileError(
                 f"is a field that a run kept, sampled with {name} = {arrays[name].tolist()}, not {list(value)}: give "

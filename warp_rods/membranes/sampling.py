@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from warp_rods.errors import SceneError
@@ -13,8 +16,18 @@ SAMPLES = 256
 """Points on each line at which the sign of φ is evaluated."""
 
 
-def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Points [count, 3] on the surface (for an open one: on the part in its box), uniform in area.
+class Part(NamedTuple):
+    """A part of a surface."""
+
+    low: np.ndarray
+    """Lower corner [3] of a box around it."""
+    high: np.ndarray
+    contains: Callable[[np.ndarray], np.ndarray]
+    """Which points [n, 3] of the surface belong to it."""
+
+
+def uniform_points(surface: Surface, count: int, rng: np.random.Generator, part: Part | None = None) -> np.ndarray:
+    """Points [count, 3] on the surface (for an open one: on the part in its box), or on a part, uniform in area.
 
     Crofton's formula: random straight lines, isotropic and with uniform offset, intersect every part of a surface in
     proportion to its area. Raises SceneError where no line through the box intersects the surface.
@@ -22,17 +35,20 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator) -> np
     found: list[np.ndarray] = []
     wanted = 4 * count  # a quarter is kept, so that few points share a line
     while sum(map(len, found)) < wanted:
-        points = _crossings(surface, LINES, rng)
+        points = _crossings(surface, LINES, rng, part)
         found.append(points)
         if len(found) == 10 and not sum(map(len, found)):
-            low, high = surface.box
+            low, high = surface.box if part is None else part[:2]
             raise SceneError(f"placement: no point of φ = 0 was found in the box {low.tolist()} to {high.tolist()}")
     return rng.choice(np.concatenate(found), size=count, replace=False)
 
 
-def _crossings(surface: Surface, lines: int, rng: np.random.Generator) -> np.ndarray:
-    """Intersections [n, 3] of random lines with φ = 0 inside the box."""
+def _crossings(surface: Surface, lines: int, rng: np.random.Generator, part: Part | None) -> np.ndarray:
+    """Intersections [n, 3] of random lines with φ = 0 inside the box of the surface or of a part."""
     low, high = surface.box
+    if part is not None:
+        spare = 0.05 * (part.high - part.low).max()
+        low, high = np.maximum(low, part.low - spare), np.minimum(high, part.high + spare)
     centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     d = _unit(rng.normal(size=(lines, 3)))
     e1, e2 = _normals(d)
@@ -47,7 +63,8 @@ def _crossings(surface: Surface, lines: int, rng: np.random.Generator) -> np.nda
         beyond = (surface.phi(foot[line] + middle[:, None] * d[line]) > 0) == outside
         a, b = np.where(beyond, a, middle), np.where(beyond, middle, b)
     points = foot[line] + a[:, None] * d[line]
-    return points[((points >= low) & (points <= high)).all(axis=1)]
+    points = points[((points >= low) & (points <= high)).all(axis=1)]
+    return points if part is None or not len(points) else points[part.contains(points)]
 
 
 def isotropic_directions(surface: Surface, points: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -44,6 +44,8 @@ class Surface(metaclass=Documented):
         """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
+        self.data = level_set.data
+        """Notes, warnings and bodies of a surface from a file."""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -120,6 +120,11 @@ class FilamentsTable(EnsembleTable):
         default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
     )
     growth: GrowthTable | None = Field(default=None, description="a table { rate, until } or { time, length }")
+    bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
+    )
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -133,6 +138,7 @@ class FilamentsTable(EnsembleTable):
             ),
             *_node_faults(raw, good),
             *_tip_faults(raw, good),
+            *_body_faults(good),
         ]
 
 
@@ -141,6 +147,13 @@ def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     if good.get("ends") != ("clamped", "clamped") or raw.get("growth") is None:
         return []
     return [fault(("growth",), raw["growth"], NO_TIP)]
+
+
+def _body_faults(good: dict[str, Any]) -> Faults:
+    if good.get("bodies") is None or isinstance(good.get("placement", "random"), str):
+        return []
+    text = f" = {shown(good['bodies'])}: is for random placement; given positions are on the body nearest to them"
+    return [fault(("bodies",), good["bodies"], text)]
 
 
 def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

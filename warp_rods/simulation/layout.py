@@ -26,7 +26,7 @@ from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.surfaces import build_surfaces
+from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
 LARGEST_ANGLE = 0.3
 """Bending in radians per cell up to which the discretisation error is about a per cent."""
@@ -67,6 +67,10 @@ class Layout:
 def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
     layout = Layout(scene, device, *build_surfaces(scene))
+    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
+        notes, warnings = lines_on_data(scene, path, surface)
+        layout.notes += notes
+        layout.warnings += warnings
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
@@ -131,8 +135,9 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
             device=layout.device,
         )  # fmt: skip
 
+    part = part_of(surface, table.bodies)
     if table.placement == "random":
-        position, direction = _random(layout, table, build)
+        position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
     else:
         p = table.placement
@@ -141,7 +146,7 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
-        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0))
+        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
         limits.append(filament_limits(now, points, rods))
         coarse += _unresolved(now, table, points)
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
@@ -183,17 +188,19 @@ def _check_length(surface: Surface, table: FilamentsTable) -> None:
         )
 
 
-def _random(layout: Layout, table: FilamentsTable, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+def _random(
+    layout: Layout, table: FilamentsTable, part: placement.Part | None, build: Callable
+) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
     if steric is None:
-        position = placement.uniform_points(surface, table.count, rng)
+        position = placement.uniform_points(surface, table.count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        position = placement.uniform_points(surface, len(rods), rng)
+        position = placement.uniform_points(surface, len(rods), rng, part)
         direction = placement.isotropic_directions(surface, position, rng)
         return (position, direction), build(position, direction, rods).position
 

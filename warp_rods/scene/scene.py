@@ -26,10 +26,9 @@ from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """What a run simulates; frozen, comparable, picklable.
+    """What a run simulates, as a frozen table; tables in it may be dicts or objects of their classes.
 
-    Tables may be dicts or objects of their classes, numbers may be of Python or NumPy, lists may be tuples or arrays.
-    Raises SceneError with one line for each fault.
+    Numbers may be of Python or NumPy, lists may be tuples or arrays. Raises SceneError with one line for each fault.
     """
 
     title: str = Field(default="", description="text in quotes")

@@ -11,7 +11,7 @@ import warp as wp
 from warp_rods.device import exclusive, start
 from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
 from warp_rods.membranes import motion
-from warp_rods.membranes.level_set import Kind, LevelSet, MovingKind, Values
+from warp_rods.membranes.level_set import Box, Kind, LevelSet, MovingKind, Values
 from warp_rods.values import shown
 
 __all__ = ["Surface"]
@@ -38,12 +38,18 @@ class Surface:
         """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
+        self._given = level_set.closed is None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
         form = "closed" if self.closed else "open"
         box = " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in zip(*self.box, strict=True))
         return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
+
+    @property
+    def ends(self) -> Box:
+        """The box [3] outside which φ is not given: that of an open surface of a formula or a file, or infinite."""
+        return self.box if self._given and not self.closed else (np.full(3, -np.inf), np.full(3, np.inf))
 
     def parameters_at(self, time: float) -> np.ndarray:
         """The parameters of the field [8] at this time; raises SceneError where a formula has no value."""

@@ -26,6 +26,7 @@ class BoundLaunches:
         self._membrane = surface
         self._parameters = surface.device_parameters(self.device)
         self._parameters_time = 0.0
+        self._ends = tuple(wp.vec3d(*corner) for corner in surface.ends)
         self._surface = frames.on_surface(surface.field)
         self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self.version = object()
@@ -54,8 +55,8 @@ class BoundLaunches:
     def place(self, node: int) -> None:
         """Project the frame of one node onto the surface, and compute the other frames from it outwards."""
         f = self.arrays.f
-        self._launch(self._surface.place, self.rods, f, self._parameters, node)
-        self._launch(self._surface.rebuild, (self.rods, 2), f, self._parameters, node)
+        self._launch(self._surface.place, self.rods, f, self.arrays.past, self._parameters, node)
+        self._launch_rebuild(self.arrays, node, laid_out=1)
 
     def set_membrane_time(self, time: float) -> None:
         """Set the parameters of a moving membrane to those at this time; nothing to do for a membrane at rest."""
@@ -103,7 +104,13 @@ class BoundLaunches:
             self._launch(self._surface.advance_tracked, count, f, past, self._parameters, clock)
         self._launch(step.advance_geodesic, grid, f, past, clock)
         self._launch(step.grow, count, f, a.growth, clock)
-        self._launch(self._surface.rebuild, (count, 2), f, self._parameters, f.tracked)
+        self._launch_rebuild(a, f.tracked, laid_out=0)
+
+    def _launch_rebuild(self, a: Arrays, node: int, laid_out: int) -> None:
+        """Frames from that of ``node`` outwards; rods that cannot follow the surface are frozen."""
+        count = a.f.geodesic.shape[0]
+        self._launch(self._surface.rebuild, (count, 2), a.f, a.past, self._parameters, node, *self._ends)
+        self._launch(step.freeze_unfit, count, a.f, a.past, a.growth, self.clock.array, laid_out)
 
     def _launch_output(self) -> None:
         a, f, output, grid = self.arrays, self.arrays.f, self.arrays.output, (self.rods, self.nodes)

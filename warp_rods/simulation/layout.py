@@ -20,6 +20,7 @@ from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
+from warp_rods.rods.status import Status
 from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
 from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
@@ -35,6 +36,8 @@ LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
 LIMIT_SAMPLES = 400
 """Points of the surface at which the orientation stiffness is evaluated."""
+MOST_ROUNDS = 200
+"""Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -142,6 +145,9 @@ def _filaments(layout: Layout, table: Filaments) -> None:
         p = table.placement
         geodesic = each_node(p.geodesic_curvature, table.count, table.nodes)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
+        if len(lost := np.flatnonzero(rods.status)):
+            what = Status(int(rods.status[lost[0]])).words
+            raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
     limits, coarse = [], []
     for now in map(surface.at, times):
@@ -189,15 +195,35 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
-    if steric is None:
-        position = placement.uniform_points(surface, table.count, rng)
+    open_data = np.isfinite(surface.ends).all()
+
+    def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
+        position = placement.uniform_points(surface, count, rng)
         return position, placement.isotropic_directions(surface, position, rng)
+
+    def inside(rods: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], Any]:
+        """Poses and filaments, which lie inside the box in which φ is given."""
+        position, direction = drawn(len(rods))
+        made = build(position, direction, rods)
+        for _ in range(MOST_ROUNDS if open_data else 0):
+            if not len(out := np.flatnonzero(made.status == Status.LEFT_DATA)):
+                break
+            position[out], direction[out] = drawn(len(out))
+            made = build(position, direction, rods)
+        return (position, direction), made
+
+    if steric is None:
+        poses, rods = inside(np.arange(table.count)) if open_data else (drawn(table.count), None)
+        if open_data and (rods.status == Status.LEFT_DATA).any():
+            raise SceneError(
+                f"placement: filaments of length {np.max(table.length):g} do not fit into the open surface"
+            )
+        return poses
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        position = placement.uniform_points(surface, len(rods), rng)
-        direction = placement.isotropic_directions(surface, position, rng)
-        return (position, direction), build(position, direction, rods).position
+        poses, made = inside(rods)
+        return poses, made.position
 
     space = Space(layout.points, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)

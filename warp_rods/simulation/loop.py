@@ -12,13 +12,14 @@ from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.errors import RodFailure, RunFolderError
+from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
-from warp_rods.simulation.watch import EnergyWatch
+from warp_rods.simulation.watch import EndWatch, EnergyWatch
 
 FEWEST_STEPS = 1000
 """Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
@@ -74,6 +75,8 @@ class Simulation:
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
+        bound = {name: e.surface.ends for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
+        self._end = EndWatch(bound)
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -156,6 +159,7 @@ class Simulation:
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
+        self._new_warnings += self._end.check(self.time, found)
         return found
 
     def new_warnings(self) -> list[str]:

@@ -33,7 +33,7 @@ def test_filaments_are_placed_whole_inside_the_box(steric):
 def test_filaments_that_stick_out_or_do_not_fit_are_refused():
     with pytest.raises(SceneError, match=r"filaments\[0\].placement: rod 0 reached the end of its surface, the box"):
         Simulation(scene(at(0, 0.9, 0)), "cpu")
-    with pytest.raises(SceneError, match="length 3 do not fit into the open surface"):
+    with pytest.raises(SceneError, match=r"filaments\[0\].length = 3: no place was found where the filament is in"):
         Simulation(scene("random", length=3.0), "cpu")
 
 

@@ -195,7 +195,7 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
-    open_data = np.isfinite(surface.ends).all()
+    has_end = bool(np.isfinite(surface.ends).all())
 
     def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
         position = placement.uniform_points(surface, count, rng)
@@ -205,20 +205,15 @@ def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarr
         """Poses and filaments, which lie inside the box in which φ is given."""
         position, direction = drawn(len(rods))
         made = build(position, direction, rods)
-        for _ in range(MOST_ROUNDS if open_data else 0):
+        for _ in range(MOST_ROUNDS):
             if not len(out := np.flatnonzero(made.status == Status.LEFT_DATA)):
-                break
+                return (position, direction), made
             position[out], direction[out] = drawn(len(out))
             made = build(position, direction, rods)
-        return (position, direction), made
+        raise SceneError(f"length = {np.max(table.length):g}: no place was found where the filament is in the box")
 
     if steric is None:
-        poses, rods = inside(np.arange(table.count)) if open_data else (drawn(table.count), None)
-        if open_data and (rods.status == Status.LEFT_DATA).any():
-            raise SceneError(
-                f"placement: filaments of length {np.max(table.length):g} do not fit into the open surface"
-            )
-        return poses
+        return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:

@@ -290,6 +290,6 @@ def test_a_body_from_a_file_has_no_mirror_images(tmp_path):
     walls = Walls([held], ball, STRENGTH, RANGE, outside=True, device="cpu")
     walls.add_forces()
     assert not held.force.any() and not walls.energies()[0].any()
-    held.place(([0.9, 0, 0] + along)[None])
+    held.place((np.array([0.9, 0, 0]) + along)[None])
     walls.add_forces()
     assert held.force[0, 4, 0] == pytest.approx(STRENGTH * (0.1 + RANGE), rel=0.02)

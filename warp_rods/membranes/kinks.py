@@ -79,7 +79,8 @@ def _places(surface: Surface, points: np.ndarray, arguments: Sequence[sympy.Expr
         near = np.linalg.norm(step, axis=-1) < FOUND * size
         inside = ((x >= low) & (x <= high)).all(axis=-1)
         found.append(x[near & inside & _on_surface(surface, x, size)])
-    return _distinct(np.concatenate(found), size)
+    places = np.concatenate(found)
+    return _distinct(np.where(np.abs(places) < FOUND * size, 0.0, places), size)
 
 
 def _compiled(argument: sympy.Expr, numbers: np.ndarray) -> tuple[Function, list[Function]]:

@@ -21,21 +21,16 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import StepLimit, filament_limits, wall_limit
+from warp_rods.rods.step_limits import SAMPLES, StepLimit, bent_start_limit, membrane_limit, swimmer_limit, wall_limit
 from warp_rods.scene.filaments import Filaments, Growth
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import Swimmers
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
 from warp_rods.simulation.surfaces import build_surfaces
 
-SWIMMER_STEP = 1e-3
-"""Stable for all swimmers of Figs 4.1 to 4.3; with twice this step that of Fig 4.3b (β⊥ = 8e-5, M = 1.35e-2) fails."""
-LARGEST_ANGLE = 0.3
-"""Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
-LIMIT_SAMPLES = 400
-"""Points of the surface at which the orientation stiffness is evaluated."""
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
@@ -149,27 +144,13 @@ def _filaments(layout: Layout, table: Filaments) -> None:
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits, coarse = [], []
-    for now in map(surface.at, times):
-        points = placement.uniform_points(now, LIMIT_SAMPLES, np.random.default_rng(0))
-        limits.append(filament_limits(now, points, rods))
-        coarse += _unresolved(now, table, points)
+    limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
+    for time, now in zip(times, map(surface.at, times), strict=True):
+        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0))
+        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points))
+        coarse += unresolved_filaments(now, table, np.concatenate([points, placement.curved_points(now, points)]))
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
     layout.warnings += coarse[-1:]
-
-
-def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[str]:
-    """A warning if the spacing of nodes is too large for the curvature of the surface or the intrinsic curvature."""
-    spacing = float(np.max(table.length)) / (table.nodes - 1)
-    principal = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
-    largest = max(float(principal), float(np.abs(table.intrinsic).max()))
-    if spacing * largest <= LARGEST_ANGLE:
-        return []
-    nodes = math.ceil(float(np.max(table.length)) * largest / LARGEST_ANGLE) + 1
-    return [
-        f"{table.name}: nodes are {spacing:.3g} apart and curvatures reach {largest:.3g}: bending by more than "
-        f"{LARGEST_ANGLE} radians per cell is not well resolved; use {nodes} nodes or more"
-    ]
 
 
 def _growth_of(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
@@ -259,7 +240,8 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §3.9")
+    layout.limits[table.name] = swimmer_limit(layout.ensembles[table.name])
+    layout.warnings += unresolved_swimmers(table)
     wall = layout.scene.box and layout.scene.box.wall
     if wall:
         drag = float(np.min(table.drag_ratio))

@@ -19,7 +19,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
-from warp_rods.simulation.watch import EndWatch, EnergyWatch
+from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
 FEWEST_STEPS = 1000
 """Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
@@ -77,6 +77,7 @@ class Simulation:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
         bound = {name: e.surface.ends for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
         self._end = EndWatch(bound)
+        self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -160,6 +161,7 @@ class Simulation:
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
         self._new_warnings += self._end.check(self.time, found)
+        self._new_warnings += self._step_watch.check(self.time, self.ensembles)
         return found
 
     def new_warnings(self) -> list[str]:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+
+from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.step_limits import node_limit
 
 NEAR = 0.1
 """Users are warned of filaments closer than this to the end of their surface, in units of their length."""
@@ -67,5 +73,28 @@ class EndWatch:
                 lines.append(
                     f"at t = {time:g} {int(near.sum())} of {name} are close to the end of their surface (rod {rod} is "
                     f"{left[rod]:.3g} from the box in which φ is given); a rod that reaches it is frozen"
+                )
+        return lines
+
+
+class StepWatch:
+    """Checks that the step is below the bound where filaments are, which may be on sharper bends than at the start."""
+
+    def __init__(self, step: float):
+        self._step, self._warned = step, set[str]()
+
+    def check(self, time: float, ensembles: Mapping[str, Ensemble]) -> list[str]:
+        """Warnings for ensembles of which a filament has come to a place with a bound below the step."""
+        lines = []
+        for name, rods in ensembles.items():
+            if not isinstance(rods, BoundRods) or name in self._warned:
+                continue
+            bounds = np.where(rods.status == 0, node_limit(rods.curvature, rods), np.inf)
+            rod = int(np.argmin(bounds))
+            if bounds[rod] < self._step:
+                self._warned.add(name)
+                lines.append(
+                    f"at t = {time:g} the step {self._step:.3g} is above {bounds[rod]:.3g}, the bound for rod {rod} of "
+                    f"{name} where it is now: the result can be wrong without diverging; use time.step below that"
                 )
         return lines

@@ -140,7 +140,7 @@ class FormulaReader(metaclass=Documented):
             raise FormulaError(f"too long: at most {MOST_PARTS} parts, nested at most {MOST_DEPTH} deep")
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-                return self._finite(node, lambda: float(value)), 0
+                return self.finite(node, lambda: float(value)), 0
             case ast.Name(id=name):
                 return self._named(node, name)
             case ast.UnaryOp(op=ast.UAdd() | ast.USub() as sign, operand=operand):
@@ -157,7 +157,8 @@ class FormulaReader(metaclass=Documented):
         """The error for a part that is not allowed."""
         return FormulaError(f"column {node.col_offset + 1}: {what}; {self.allowed}")
 
-    def _finite(self, node: ast.expr, compute: Callable[[], float]) -> float:
+    def finite(self, node: ast.expr, compute: Callable[[], float]) -> float:
+        """The computed number; refuses a result that is not finite or not real."""
         try:
             value = compute()
         except (ArithmeticError, ValueError, TypeError):
@@ -184,7 +185,7 @@ class FormulaReader(metaclass=Documented):
         join = OPERATORS[type(node.op)]
         degree = max(m, n) if isinstance(node.op, (ast.Add, ast.Sub)) else m + n
         if isinstance(a, float) and isinstance(b, float):
-            return self._finite(node, lambda: join(a, b)), 0
+            return self.finite(node, lambda: join(a, b)), 0
         if isinstance(node.op, ast.Div) and isinstance(b, float) and b == 0:
             raise self.refused(node, "divides by zero")
         return self.combined(node, a, b), self._degree(node, degree)
@@ -194,7 +195,7 @@ class FormulaReader(metaclass=Documented):
         if not isinstance(exponent, float) or abs(exponent) > LARGEST_POWER:
             raise self.refused(node, f"the exponent must be a number from −{LARGEST_POWER} to {LARGEST_POWER}")
         if isinstance(a, float):
-            return self._finite(node, lambda: a**exponent), 0
+            return self.finite(node, lambda: a**exponent), 0
         return self.raised(node, a, exponent), self._degree(node, degree * max(abs(exponent), 1.0))
 
     def _degree(self, node: ast.expr, degree: float) -> float:
@@ -210,7 +211,7 @@ class FormulaReader(metaclass=Documented):
             raise self.refused(node, f"{name}() takes {wanted} argument{'s' if wanted > 1 else ''}")
         values = [value for value, _degree in arguments]
         if all(isinstance(value, float) for value in values):
-            return self._finite(node, lambda: (FUNCTIONS | TWO_ARGUMENTS)[name](*values)), 0
+            return self.finite(node, lambda: (FUNCTIONS | TWO_ARGUMENTS)[name](*values)), 0
         return self.applied(name, values), max(degree for _value, degree in arguments)
 
 

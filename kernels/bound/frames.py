@@ -15,7 +15,7 @@ from warp_rods.kernels.bound.step import History
 from warp_rods.kernels.clock import RATIO, STEP, TIME
 from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance, advance_along
-from warp_rods.kernels.status import OFF_SURFACE, OK
+from warp_rods.kernels.status import KINK, LEFT_DATA, OFF_SURFACE, OK
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
     Parameters,
@@ -31,6 +31,15 @@ wp.set_module_options({"enable_backward": False})
 
 LARGEST_PROJECTION = wp.constant(real(1.0e-3))
 """Fraction of Δs. A tracked node that would be projected by more than this (and 0.1 Δt |u|) has left its surface."""
+
+LARGEST_TURN = wp.constant(real(0.2))
+"""Sine of the angle by which the tangent of a cell may leave the tangent plane before it is turned into it."""
+LARGEST_SHIFT = wp.constant(real(0.1))
+"""Fraction of Δs by which a node may be projected onto the surface."""
+LARGEST_DISTANCE = wp.constant(real(0.01))
+"""Fraction of Δs by which a node may be off the surface after it was projected."""
+HALF_TURN = wp.constant(real(wp.pi))
+"""Bending of a cell, in radians."""
 
 
 @wp.func
@@ -49,9 +58,20 @@ def second_column(R: wp.mat33d) -> wp.vec3d:
     return wp.vec3d(R[0, 1], R[1, 1], R[2, 1])
 
 
+@wp.func
+def third_column(R: wp.mat33d) -> wp.vec3d:
+    return wp.vec3d(R[0, 2], R[1, 2], R[2, 2])
+
+
+@wp.func
+def is_inside(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d) -> bool:
+    """Whether x is in the box from ``low`` to ``high``."""
+    return wp.min(x - low) >= real(0.0) and wp.min(high - x) >= real(0.0)
+
+
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``, ``motion``."""
+    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``."""
 
     @wp.func
     def project(p: Parameters, x: wp.vec3d) -> wp.vec3d:
@@ -60,14 +80,18 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return to_surface(x, phi, g)
 
     @wp.func
-    def store_frame(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d):
-        """Store node i at r, with the tangent of R projected into the tangent plane."""
-        _phi, g, H = field(r, p)
+    def store_frame(f: Filaments, past: History, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d) -> real:
+        """Store node i at r, with the tangent of R projected into the tangent plane; returns the distance |φ|/|∇φ|."""
+        past.position[rod, i] = f.position[rod, i]
+        past.rotation[rod, i] = f.rotation[rod, i]
+        past.curvature[rod, i] = f.curvature[rod, i]
+        phi, g, H = field(r, p)
         n = normal(g)
         q = to_tangent(first_column(R), n)
         f.position[rod, i] = r
         f.rotation[rod, i] = frame(q, n)
         f.curvature[rod, i] = curvature(g, H, q)
+        return wp.abs(phi) / wp.length(g)
 
     @wp.func
     def curvature_at(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
@@ -76,10 +100,11 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return curvature(g, H, to_tangent(first_column(R), normal(g)))
 
     @wp.func
-    def advance_cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d):
+    def advance_cell(f: Filaments, past: History, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d) -> bool:
         """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
 
         The chord keeps the length that the exponential gives it, so that the projection does not stretch the rod.
+        Returns whether the cell follows the surface: the projection and the turn of the tangent are small, and finite.
         """
         ds = f.spacing[rod] * real(j - i)
         R = f.rotation[rod, i]
@@ -89,17 +114,22 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         Q, x = advance_along(R, r, mean, ds)
         mean = real(0.5) * (strain_i + strain_of(curvature_at(p, Q, x), f.geodesic[rod, j]))
         Q, x = advance_along(R, r, mean, ds)
-        chord = project(p, x) - r
-        store_frame(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+        foot = project(p, x)
+        chord = foot - r
+        distance = store_frame(f, past, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
+        turn = wp.abs(wp.dot(first_column(Q), third_column(f.rotation[rod, j])))
+        h = f.spacing[rod]
+        on_surface = wp.length(foot - x) < LARGEST_SHIFT * h and distance < LARGEST_DISTANCE * h
+        return on_surface and turn < LARGEST_TURN and wp.length(mean) * h < HALF_TURN
 
     @wp.kernel(module="unique", enable_backward=False)
-    def place(f: Filaments, parameters: ParameterArray, node: int):
+    def place(f: Filaments, past: History, parameters: ParameterArray, node: int):
         """Project the position and rotation of one node onto the surface, by Newton steps."""
         rod = wp.tid()
         r = f.position[rod, node]
         for _ in range(20):
             r = project(parameters[0], r)
-        store_frame(f, parameters[0], rod, node, f.rotation[rod, node], r)
+        store_frame(f, past, parameters[0], rod, node, f.rotation[rod, node], r)
 
     @wp.kernel(module="unique", enable_backward=False)
     def advance_tracked(f: Filaments, past: History, parameters: ParameterArray, clock: Scalars1D):
@@ -125,14 +155,21 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             f.status[rod] = OFF_SURFACE
             past.failed_at[rod] = clock[TIME]
             return
-        store_frame(f, parameters[0], rod, node, R, x)
+        store_frame(f, past, parameters[0], rod, node, R, x)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def rebuild(f: Filaments, parameters: ParameterArray, node: int):
-        """Frames from that of ``node`` towards both ends; one thread for each side of a rod."""
+    def rebuild(f: Filaments, past: History, parameters: ParameterArray, node: int, low: wp.vec3d, high: wp.vec3d):
+        """Frames from that of ``node`` towards both ends; one thread for each side of a rod.
+
+        ``past.unfit`` [rod, side]: KINK if a cell does not follow the surface, LEFT_DATA if a node is outside the box
+        from ``low`` to ``high``.
+        """
         rod, side = wp.tid()
         if f.status[rod] != OK:
             return
+        unfit = int(OK)
+        if not is_inside(f.position[rod, node], low, high):
+            unfit = int(LEFT_DATA)
         direction = 2 * side - 1
         count = node
         if side == 1:
@@ -140,8 +177,13 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         guess = f.curvature[rod, node]
         for k in range(count):
             i = node + direction * k
-            advance_cell(f, parameters[0], rod, i, i + direction, guess)
+            follows = advance_cell(f, past, parameters[0], rod, i, i + direction, guess)
+            if not follows and unfit == OK:
+                unfit = int(KINK)
+            if not is_inside(f.position[rod, i + direction], low, high) and unfit == OK:
+                unfit = int(LEFT_DATA)
             guess = real(2.0) * f.curvature[rod, i + direction] - f.curvature[rod, i]
+        past.unfit[rod, side] = unfit
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):
@@ -163,18 +205,22 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
         largest[rod] = found
 
+    return SimpleNamespace(place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals)
+
+
+@functools.cache
+def motion_of(field: wp.Function, rate: wp.Function) -> wp.Kernel:
+    """The kernel of V and V_1 at nodes of a moving membrane; ``rate``: x, p, dp/dt -> ∂tφ, ∇∂tφ."""
+
     @wp.kernel(module="unique", enable_backward=False)
-    def motion(f: Filaments, parameters: ParameterArray, span: real):
-        """V and V_1 at nodes; ``parameters`` are those of now, and of half a ``span`` of time before and after."""
+    def motion(f: Filaments, parameters: ParameterArray):
+        """``parameters``: p, and dp/dt."""
         rod, i = wp.tid()
         r = f.position[rod, i]
-        phi0, g0, _H0 = field(r, parameters[1])
-        phi1, g1, _H1 = field(r, parameters[2])
         _phi, g, H = field(r, parameters[0])
-        V, gradient = normal_motion(g, H, (phi1 - phi0) / span, (g1 - g0) / span)
+        phi_t, gradient_t = rate(r, parameters[0], parameters[1])
+        V, gradient = normal_motion(g, H, phi_t, gradient_t)
         f.normal_velocity[rod, i] = V
         f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), gradient)
 
-    return SimpleNamespace(
-        place=place, advance_tracked=advance_tracked, rebuild=rebuild, residuals=residuals, motion=motion
-    )
+    return motion

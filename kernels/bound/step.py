@@ -8,7 +8,7 @@ import warp as wp
 from warp_rods.kernels.bound.rod import angular_velocity, node_velocity
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.clock import RATIO, STEP, TIME
-from warp_rods.kernels.layout import Scalars1D, Scalars2D, Vectors1D, real
+from warp_rods.kernels.layout import Integers2D, Matrices2D, Scalars1D, Scalars2D, Vectors1D, Vectors2D, real
 from warp_rods.kernels.status import NOT_FINITE, OK, TOO_BENT, TOO_FAST
 
 wp.set_module_options({"enable_backward": False})
@@ -26,6 +26,10 @@ class History:
     angular_velocity: Vectors1D  # ω of the tracked node one step ago
     velocity: Vectors1D  # u of the tracked node one step ago
     failed_at: Scalars1D  # time at which the rod was frozen
+    position: Vectors2D  # the frames one step ago, to which a rod returns that cannot follow its surface
+    rotation: Matrices2D
+    curvature: Vectors2D
+    unfit: Integers2D  # OK, or why a side of the rod [rod, side] cannot follow its surface
 
 
 @wp.struct
@@ -36,13 +40,9 @@ class Growth:
     length: Scalars2D
 
 
-@wp.kernel
-def grow(f: Filaments, growth: Growth, clock: Scalars1D):
-    """Spacing and dL/dt at the end of the step."""
-    rod = wp.tid()
-    if f.status[rod] != OK:
-        return
-    t = clock[TIME] + clock[STEP]
+@wp.func
+def set_length(f: Filaments, growth: Growth, rod: int, t: real):
+    """Spacing and dL/dt at time t."""
     length = growth.length[rod, 0]
     rate = real(0.0)
     for k in range(growth.time.shape[1] - 1):
@@ -56,6 +56,14 @@ def grow(f: Filaments, growth: Growth, clock: Scalars1D):
         rate = real(0.0)
     f.spacing[rod] = length / real(f.geodesic.shape[1] - 1)
     f.growth_rate[rod] = rate
+
+
+@wp.kernel
+def grow(f: Filaments, growth: Growth, clock: Scalars1D):
+    """Spacing and dL/dt at the end of the step."""
+    rod = wp.tid()
+    if f.status[rod] == OK:
+        set_length(f, growth, rod, clock[TIME] + clock[STEP])
 
 
 @wp.kernel
@@ -110,3 +118,23 @@ def advance_geodesic(f: Filaments, past: History, clock: Scalars1D):
     f.geodesic[rod, i] = now + clock[RATIO] * (now - past.geodesic[rod, i]) + past.increment[rod, i]
     past.geodesic[rod, i] = now
     past.geodesic_rate[rod, i] = f.geodesic_rate[rod, i]
+
+
+@wp.kernel
+def freeze_unfit(f: Filaments, past: History, growth: Growth, clock: Scalars1D, laid_out: int):
+    """Freeze a rod that cannot follow its surface, at its state before the step; ``laid_out``: 1 if it has none yet."""
+    rod = wp.tid()
+    found = wp.max(past.unfit[rod, 0], past.unfit[rod, 1])
+    if f.status[rod] != OK or found == OK:
+        return
+    f.status[rod] = found
+    past.failed_at[rod] = clock[TIME]
+    if laid_out == 1:
+        return
+    set_length(f, growth, rod, clock[TIME])
+    for i in range(f.geodesic.shape[1]):
+        f.geodesic[rod, i] = past.geodesic[rod, i]
+        if i != f.tracked or f.start_clamped + f.end_clamped == 0:  # the frame of a clamped node does not change
+            f.position[rod, i] = past.position[rod, i]
+            f.rotation[rod, i] = past.rotation[rod, i]
+            f.curvature[rod, i] = past.curvature[rod, i]

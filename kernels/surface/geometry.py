@@ -29,9 +29,17 @@ ParameterArray = wp.array(dtype=Parameters)
 def _signature(x: wp.vec3d, p: Parameters): ...
 
 
+def _rate_signature(x: wp.vec3d, p: Parameters, rates: Parameters): ...
+
+
 def written_field(name: str, source: str) -> wp.Function:
     """A field from source code, in a Warp module of this name; the source may use ``wp`` and ``Parameters``."""
     return wp.Function(_signature, key=name, namespace="", module=wp.get_module(name), source=source)
+
+
+def written_rate(name: str, source: str) -> wp.Function:
+    """As ``written_field``, of a function x, p, dp/dt -> ∂tφ, ∇∂tφ."""
+    return wp.Function(_rate_signature, key=name, namespace="", module=wp.get_module(name), source=source)
 
 
 @wp.func

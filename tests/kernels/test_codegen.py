@@ -39,6 +39,9 @@ MADE: dict[str, Callable[[], list[wp.Module | ModuleType]]] = {
     "frames on a torus": lambda: [
         kernel.module for kernel in vars(bound_frames.on_surface(SURFACES["torus"].field)).values()
     ],
+    "motion of a torus": lambda: [
+        bound_frames.motion_of(SURFACES["torus"].field, SURFACES["torus"].rate({})).module,
+    ],
     "walls of a slab and of every surface": lambda: [
         box.walls_of(field).module for field in (box.slab, *(row.field for row in SURFACES.values()))
     ],

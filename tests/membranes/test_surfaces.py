@@ -11,6 +11,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.surface import geometry
 from warp_rods.membranes import surfaces
+from warp_rods.membranes.symbolic import unchecked
 from warp_rods.rods.bound.rods import BoundRods
 
 wp.set_module_options({"enable_backward": False})
@@ -209,3 +210,22 @@ def test_one_function_and_one_row_add_a_surface(monkeypatch, device):
     assert (rods.status == 0).all()
     assert found["constraint"].max() < 1e-9
     assert found["orthogonality"].max() < 1e-14 and found["arc_length"].max() < 1e-9
+
+
+@pytest.mark.parametrize("kind", surfaces.SURFACES)
+def test_the_formula_of_a_kind_is_its_field(kind):
+    """The formula from which the time derivatives of a moving surface come."""
+    row, surface = surfaces.SURFACES[kind], made(kind)
+    phi = unchecked(row.phi, row.names).subs(dict(zip(sp.symbols("p:8"), surface.parameters, strict=True)))
+    points = np.random.default_rng(1).uniform(-1.5, 1.5, size=(100, 3))
+    expected = surface.phi(points)
+    found = sp.lambdify(sp.symbols("x:3"), phi)(*points.T)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+def test_a_kind_without_a_formula_cannot_move(monkeypatch):
+    row = surfaces.SURFACES["sphere"]
+    monkeypatch.setitem(surfaces.SURFACES, "ball", surfaces.SurfaceKind(row.function, row.parameters, row.box))
+    assert surfaces.make("ball", {"radius": 1.0}).closed
+    with pytest.raises(SceneError, match="cannot move, because this kind has no formula phi"):
+        surfaces.make("ball", {"radius": "1 + t"})

@@ -18,6 +18,10 @@ MOST_ROUNDS = 200
 """Rounds of drawing overlapping rods again."""
 DRAWS = 1000
 """Smallest number of draws in a round after the first, if there are as many rods."""
+FIRST_ROUNDS = 10
+"""Rounds after which it is estimated whether the rods will fit."""
+OPTIMISM = 1.5
+"""Factor by which more rods than estimated may find a place before it is given up."""
 MOST_PUSHES = 250
 """Rounds of pushing overlapping rods apart."""
 TARGET = 1.01
@@ -55,6 +59,7 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpa
     """
     placed, left, rejected = list(space.others), np.arange(count), 0
     kept: Poses = ()
+    done: list[int] = []
     for attempt in range(MOST_ROUNDS):
         # The last rods are the hardest to place: several draws are made for each of them at once.
         drawn = np.resize(left, max(len(left), min(count, DRAWS) if attempt else 0))
@@ -69,9 +74,22 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpa
         left = np.setdiff1d(left, drawn[good])
         if not len(left):
             return Found(kept, rejected, clearance)
+        done.append(count - len(left))
+        if attempt >= FIRST_ROUNDS and len(left) > OPTIMISM * _still_to_come(done):
+            break
     raise SceneError(
         f"count = {count}: after {rejected} draws only {count - len(left)} fit {clearance:g} apart; place fewer"
     )
+
+
+def _still_to_come(done: Sequence[int]) -> float:
+    """An estimate of how many more rods find a place in the rounds left, from those placed after each round so far.
+
+    Random placement jams: the rate of success falls at least as fast as the number of rounds, so that each doubling of
+    the rounds places no more rods than the last one.
+    """
+    doubling = done[-1] - done[len(done) // 2 - 1] + 1
+    return doubling * float(np.log2(MOST_ROUNDS / len(done)))
 
 
 def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: OccupiedSpace) -> np.ndarray:

@@ -75,6 +75,11 @@ class SurfaceKind:
     closed: bool = True
     check: Callable[[Values], str | None] = lambda values: None
     """Why these values are impossible, or None. Each value already has the right type and sign."""
+    phi: str | None = None
+    """φ as a formula in x, y, z and the parameters, for the time derivatives of a surface that moves.
+
+    A parameter of three numbers is written ``radii_x``, ``radii_y``, ``radii_z``. Without a formula it cannot move.
+    """
 
     @property
     def field(self) -> Any:
@@ -99,13 +104,31 @@ class SurfaceKind:
         }
         if not faults and (impossible := self.check(motion.values_at(values, 0.0))):
             faults.append(((), f": {impossible}"))
+        if self.phi is None and motion.is_moving(values):
+            faults.append(((), ": cannot move, because this kind has no formula phi: give numbers, not formulas in t"))
         return values, faults
 
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values."""
-        numbers = np.concatenate([np.atleast_1d(values[name]) for name in self.parameters])
         half = (SPARE if self.closed else 1.0) * np.array(self.box(values))
-        return LevelSet(self.field, numbers, (-half, half), self.closed)
+        return LevelSet(self.field, self.numbers(values), (-half, half), self.closed)
+
+    def numbers(self, values: Values) -> np.ndarray:
+        """The parameters of the field, in the order of the table."""
+        return np.concatenate([np.atleast_1d(values[name]) for name in self.parameters])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the parameters in ``phi``, one for each number."""
+        parts = [[name] if p.size == 1 else [f"{name}_{axis}" for axis in "xyz"] for name, p in self.parameters.items()]
+        return tuple(name for part in parts for name in part)
+
+    def rate(self, values: Values) -> Any:
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ."""
+        from warp_rods.membranes.field_source import rate
+
+        assert self.phi is not None  # refused by ``read``
+        return rate(self.phi, self.names)
 
 
 def _torus_fault(v: Values) -> str | None:
@@ -153,32 +176,47 @@ SURFACES: dict[str, SurfaceKind] = {
         {"size": Parameter(default=10.0)},
         lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]),
         closed=False,
+        phi="z",
     ),
-    "sphere": SurfaceKind("sphere", {"radius": Parameter()}, lambda v: (v["radius"],) * 3),
-    "ellipsoid": SurfaceKind("ellipsoid", {"radii": Parameter(size=3)}, lambda v: tuple(v["radii"])),
+    "sphere": SurfaceKind(
+        "sphere",
+        {"radius": Parameter()},
+        lambda v: (v["radius"],) * 3,
+        phi="(x**2 + y**2 + z**2 - radius**2)/(2*radius)",
+    ),
+    "ellipsoid": SurfaceKind(
+        "ellipsoid",
+        {"radii": Parameter(size=3)},
+        lambda v: tuple(v["radii"]),
+        phi="(x**2/radii_x**2 + y**2/radii_y**2 + z**2/radii_z**2 - 1)/2",
+    ),
     "cylinder": SurfaceKind(
         "cylinder",
         {"radius": Parameter(), "length": Parameter(default=10.0)},
         lambda v: _tube(v["radius"], v["length"]),
         closed=False,
+        phi="(x**2 + y**2 - radius**2)/(2*radius)",
     ),
     "torus": SurfaceKind(
         "torus",
         {"major": Parameter(), "minor": Parameter()},
         lambda v: _revolved(v["major"] + v["minor"], v["minor"]),
         check=_torus_fault,
+        phi="((sqrt(x**2 + y**2) - major)**2 + z**2 - minor**2)/(2*minor)",
     ),
     "cassini": SurfaceKind(
         "cassini",
         {"a": Parameter(), "b": Parameter()},
         lambda v: _revolved(_cassini_radius(v["a"], v["b"]), float(np.hypot(v["a"], v["b"]))),
         check=_cassini_fault,
+        phi="(x**2 + y**2 + z**2 + a**2)**2 - 4*a**2*z**2 - b**4",
     ),
     "bridge": SurfaceKind(
         "bridge",
         {"neck": Parameter(), "body": Parameter(), "width": Parameter(), "length": Parameter(default=6.0)},
         lambda v: _tube(max(v["neck"], v["body"]), v["length"]),
         closed=False,
+        phi="(x**2 + y**2 - (body - (body - neck)*exp(-z**2/width**2))**2)/2",
     ),
     "undulated": SurfaceKind(
         "undulated",
@@ -189,6 +227,7 @@ SURFACES: dict[str, SurfaceKind] = {
         },
         lambda v: (_undulated_radius(v),) * 3,
         check=_undulated_fault,
+        phi="x**2 + y**2 + z**2 - radius**2 + amplitude*(cos(wavenumber*x) + cos(wavenumber*y) + cos(wavenumber*z))",
     ),
 }
 """Built-in kinds of surface by their names in a scene."""

@@ -48,6 +48,7 @@ def motion_faults(kind: str, values: Values, end: float) -> list[Fault]:
     for time in np.linspace(0.0, end, CHECKED_TIMES if end else 1) if motion.is_moving(values) else ():
         try:
             now = motion.values_at(values, time)
+            motion.rates_at(values, time)
         except motion.MotionError as error:
             return [error.fault]
         if kind in SURFACES and (faults := SURFACES[kind].read(now)[1]):

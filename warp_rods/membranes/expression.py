@@ -36,10 +36,22 @@ class Expression:
         """
         from warp_rods.membranes.field_source import field
 
-        names = tuple(sorted(values["parameters"]))
         low, high = np.array(values["box"]).T
-        numbers = np.array([values["parameters"][name] for name in names])
-        return LevelSet(field(values["phi"], names), numbers, (low, high), closed=None)
+        return LevelSet(field(values["phi"], _names(values)), self.numbers(values), (low, high), closed=None)
+
+    def numbers(self, values: Values) -> np.ndarray:
+        """The parameters of the field, in the order of their names."""
+        return np.array([values["parameters"][name] for name in _names(values)])
+
+    def rate(self, values: Values) -> Any:
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ."""
+        from warp_rods.membranes.field_source import rate
+
+        return rate(values["phi"], _names(values))
+
+
+def _names(values: Values) -> tuple[str, ...]:
+    return tuple(sorted(values["parameters"]))
 
 
 def _phi(value: Any, parameters: dict[str, Any] | None, faults: list[Fault]) -> str:

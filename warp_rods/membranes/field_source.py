@@ -1,4 +1,4 @@
-"""From a formula for φ to a Warp function of φ, ∇φ and ∇∇φ: symbolic derivatives, common subexpressions, source."""
+"""From a formula for φ to Warp functions of φ, ∇φ, ∇∇φ and of ∂tφ, ∇∂tφ: symbolic derivatives, source."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from typing import Any
 import sympy
 
 from warp_rods.formula import FormulaError
-from warp_rods.kernels.surface.geometry import written_field
-from warp_rods.membranes.symbolic import expression
+from warp_rods.kernels.surface.geometry import written_field, written_rate
+from warp_rods.membranes.symbolic import expression, unchecked
 
-__all__ = ["field", "field_source"]
+__all__ = ["field", "field_source", "rate", "rate_source"]
 
 MOST_LINES = 2000
+
+X = sympy.symbols("x:3")
 
 CALLS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "atan2")
 
@@ -27,7 +29,18 @@ def field(phi: str, names: tuple[str, ...]) -> Any:
     Raises FormulaError for a formula that is not allowed or cannot be differentiated.
     """
     source = field_source(expression(phi, names))
-    return written_field(f"field_{hashlib.sha256(source.encode()).hexdigest()[:16]}", source)
+    return written_field(f"field_{_digest(source)}", source)
+
+
+@functools.cache
+def rate(phi: str, names: tuple[str, ...]) -> Any:
+    """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a formula whose parameters p depend on time: exact derivatives."""
+    source = rate_source(unchecked(phi, names), len(names))
+    return written_rate(f"rate_{_digest(source)}", source)
+
+
+def _digest(source: str) -> str:
+    return hashlib.sha256(source.encode()).hexdigest()[:16]
 
 
 def field_source(phi: Any) -> str:
@@ -35,20 +48,36 @@ def field_source(phi: Any) -> str:
 
     Raises FormulaError where the expression is not real, or its derivatives are too long.
     """
-    x = sympy.symbols("x:3")
-    gradient = [sympy.diff(phi, a) for a in x]
-    hessian = [sympy.diff(gradient[i], x[j]) for i in range(3) for j in range(i, 3)]
-    shared, wanted = sympy.cse([phi, *gradient, *hessian], symbols=sympy.numbered_symbols("t"), order="canonical")
-    lines = _Lines()
-    for symbol, part in shared:
-        lines.names[symbol] = lines.name(part)
-    value, gx, gy, gz, xx, xy, xz, yy, yz, zz = (lines.name(part) for part in wanted)
-    body = "\n".join(f"    {line}" for line in lines.lines)
+    gradient = [sympy.diff(phi, a) for a in X]
+    hessian = [sympy.diff(gradient[i], X[j]) for i in range(3) for j in range(i, 3)]
+    body, (value, gx, gy, gz, xx, xy, xz, yy, yz, zz) = _written([phi, *gradient, *hessian])
     return (
         f"def field(x: wp.vec3d, p: Parameters):\n{body}\n"
         f"    return {value}, wp.vec3d({gx}, {gy}, {gz}), "
         f"wp.mat33d({xx}, {xy}, {xz}, {xy}, {yy}, {yz}, {xz}, {yz}, {zz})\n"
     )
+
+
+def rate_source(phi: Any, count: int) -> str:
+    """Source of ``rate(x, p, rates)``, ∂tφ = Σ ∂φ/∂p dp/dt and its gradient, for an expression in ``count`` p.
+
+    Raises FormulaError as ``field_source`` does.
+    """
+    changes = [sympy.diff(phi, p) * q for p, q in zip(sympy.symbols("p:8"), sympy.symbols("q:8"), strict=True)]
+    phi_t = sympy.Add(*changes[:count])
+    body, (value, gx, gy, gz) = _written([phi_t, *(sympy.diff(phi_t, a) for a in X)])
+    start = "def rate(x: wp.vec3d, p: Parameters, rates: Parameters):\n"
+    return f"{start}{body}\n    return {value}, wp.vec3d({gx}, {gy}, {gz})\n"
+
+
+def _written(parts: list[Any]) -> tuple[str, list[str]]:
+    """Indented lines that evaluate these expressions, and the names of their values."""
+    shared, wanted = sympy.cse(parts, symbols=sympy.numbered_symbols("t"), order="canonical")
+    lines = _Lines()
+    for symbol, part in shared:
+        lines.names[symbol] = lines.name(part)
+    names = [lines.name(part) for part in wanted]
+    return "\n".join(f"    {line}" for line in lines.lines), names
 
 
 class _Lines:
@@ -58,6 +87,7 @@ class _Lines:
         self.lines: list[str] = []
         self.names: dict[Any, str] = {sympy.Symbol(f"x{i}"): f"x[{i}]" for i in range(3)}
         self.names |= {sympy.Symbol(f"p{i}"): f"p.v[{i}]" for i in range(8)}
+        self.names |= {sympy.Symbol(f"q{i}"): f"rates.v[{i}]" for i in range(8)}
         self.written: dict[str, str] = {}
 
     def name(self, part: Any) -> str:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warp_rods.membranes.kinks import kinks
 from warp_rods.membranes.surface import Surface
 
 __all__ = ["Inspection", "inspect"]
@@ -51,7 +52,8 @@ def inspect(surface: Surface) -> Inspection:
     if (faces <= 0).all():
         text = ": φ is negative all over the faces of its box: outward is where φ > 0, so write −φ, or widen the box"
         return Inspection(closed, [text])
-    return Inspection(closed, _roughness(surface, _crossings(surface, x, phi), largest))
+    points = _crossings(surface, x, phi)
+    return Inspection(closed, _roughness(surface, points, largest) or _kinks(surface, points))
 
 
 def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -98,6 +100,18 @@ def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
     phi, g, _ = surface.derivatives(found)
     on_surface = (np.abs(phi) < 1e-10 * largest) & (np.linalg.norm(g, axis=-1) * extent < FLAT * largest)
     return [_no_gradient(found[on_surface][0])] if on_surface.any() else []
+
+
+def _kinks(surface: Surface, points: np.ndarray) -> list[str]:
+    """A fault where the surface of a formula has a kink; ``points`` [n, 3] on it."""
+    if surface.kind != "expression" or not len(found := kinks(surface, points)):
+        return []
+    text = (
+        f": the surface has a kink, a tip or an edge at {_point(found[0])}, where its normal jumps: an argument of "
+        f"sqrt(), log(), tan(), atan2() or of a power vanishes there. Move it off the surface, or round it, such as "
+        f"sqrt(u**2 + w**2) for sqrt(u**2), with w several times the spacing of the nodes"
+    )
+    return [text]
 
 
 def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:

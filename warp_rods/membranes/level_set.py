@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = ["Box", "Data", "Fault", "Kind", "LevelSet", "Values"]
+__all__ = ["Box", "Data", "Fault", "Kind", "LevelSet", "MovingKind", "Values"]
 
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [3]."""
@@ -59,3 +59,13 @@ class Kind(Protocol):
 
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values, in which formulas in t have been replaced by numbers."""
+
+
+class MovingKind(Kind, Protocol):
+    """A kind of surface whose values may be formulas in t."""
+
+    def numbers(self, values: Values) -> np.ndarray:
+        """The parameters of the field [8 at most] for these values, or their rates for the rates of the values."""
+
+    def rate(self, values: Values) -> Any:
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import ast
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from warp_rods import formula
 from warp_rods.errors import SceneError
@@ -11,7 +13,7 @@ from warp_rods.formula import FormulaError
 from warp_rods.membranes.level_set import Fault
 from warp_rods.values import key_path
 
-__all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "values_at"]
+__all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "rates_at", "values_at"]
 
 NOT_NUMBERS = ("kind", "phi", "file", "axes")
 """Keys of a [surface] whose text is not a formula in t."""
@@ -32,7 +34,16 @@ def is_moving(values: Mapping[str, Any]) -> bool:
 
 def values_at(values: Mapping[str, Any], time: float) -> dict[str, Any]:
     """The values with formulas in t evaluated at this time; raises MotionError where one has no value."""
-    return {key: value if key in NOT_NUMBERS else _at((key,), value, time) for key, value in values.items()}
+    return {
+        key: value if key in NOT_NUMBERS else _at((key,), value, time, _value, _same) for key, value in values.items()
+    }
+
+
+def rates_at(values: Mapping[str, Any], time: float) -> dict[str, Any]:
+    """The exact time derivatives of the values at this time, 0 for numbers; raises MotionError where one has none."""
+    return {
+        key: value if key in NOT_NUMBERS else _at((key,), value, time, rate, _zero) for key, value in values.items()
+    }
 
 
 def _has_text(value: Any) -> bool:
@@ -43,14 +54,98 @@ def _has_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _at(loc: tuple[str | int, ...], value: Any, time: float) -> Any:
+def _at(
+    loc: tuple[str | int, ...],
+    value: Any,
+    time: float,
+    of_text: Callable[[str, float], float],
+    of_number: Callable[[Any], Any],
+) -> Any:
+    """The value with its formulas replaced by ``of_text``, and its numbers by ``of_number``."""
     if isinstance(value, Mapping):
-        return {name: _at((*loc, name), inner, time) for name, inner in value.items()}
+        return {name: _at((*loc, name), inner, time, of_text, of_number) for name, inner in value.items()}
     if isinstance(value, tuple):
-        return tuple(_at((*loc, i), inner, time) for i, inner in enumerate(value))
+        return tuple(_at((*loc, i), inner, time, of_text, of_number) for i, inner in enumerate(value))
     if not isinstance(value, str):
-        return value
+        return of_number(value)
     try:
-        return formula.function_of_time(value)(time)
+        return of_text(value, time)
     except FormulaError as error:
         raise MotionError((loc, f" at t = {time:g}: {error}")) from None
+
+
+def _value(text: str, time: float) -> float:
+    return formula.function_of_time(text)(time)
+
+
+def _same(number: Any) -> Any:
+    return number
+
+
+def _zero(number: Any) -> float:
+    return 0.0
+
+
+class _Dual(NamedTuple):
+    """A value and its time derivative."""
+
+    value: float
+    rate: float
+
+
+def rate(text: str, time: float) -> float:
+    """The exact time derivative of a formula in t at this time; raises FormulaError where it is not finite."""
+    tree = formula.syntax_tree(text.strip(), formula.ALLOWED_IN_TIME)
+    found = _RateReader({"t": _Dual(float(time), 1.0)}, formula.ALLOWED_IN_TIME).read(tree)
+    return found.rate if isinstance(found, _Dual) else 0.0
+
+
+DERIVATIVES: dict[str, Callable[[float], float]] = {
+    "sqrt": lambda x: 0.5 / math.sqrt(x),
+    "exp": math.exp,
+    "log": lambda x: 1 / x,
+    "sin": math.cos,
+    "cos": lambda x: -math.sin(x),
+    "tan": lambda x: 1 + math.tan(x) ** 2,
+    "sinh": math.cosh,
+    "cosh": math.sinh,
+    "tanh": lambda x: 1 - math.tanh(x) ** 2,
+    "atan": lambda x: 1 / (1 + x * x),
+}
+"""Derivatives of ``formula.FUNCTIONS``."""
+
+
+class _RateReader(formula.FormulaReader):
+    """A reader whose values, except for numbers, carry their time derivatives (forward differentiation)."""
+
+    def negated(self, value: Any) -> Any:
+        return _Dual(-value.value, -value.rate)
+
+    def combined(self, node: ast.BinOp, left: Any, right: Any) -> Any:
+        (a, da), (b, db) = _dual(left), _dual(right)
+        rules: dict[type[ast.operator], Callable[[], float]] = {
+            ast.Add: lambda: da + db,
+            ast.Sub: lambda: da - db,
+            ast.Mult: lambda: da * b + a * db,
+            ast.Div: lambda: (da - a / b * db) / b,
+        }
+        return self._both(node, lambda: formula.OPERATORS[type(node.op)](a, b), rules[type(node.op)])
+
+    def raised(self, node: ast.BinOp, base: Any, exponent: float) -> Any:
+        a, da = base
+        return self._both(node, lambda: a**exponent, lambda: exponent * a ** (exponent - 1) * da if exponent else 0.0)
+
+    def applied(self, name: str, values: list[Any]) -> Any:
+        node = ast.Name(id=name, col_offset=0)
+        if name in DERIVATIVES:
+            a, da = _dual(values[0])
+            return self._both(node, lambda: formula.FUNCTIONS[name](a), lambda: DERIVATIVES[name](a) * da)
+        (a, da), (b, db) = map(_dual, values)
+        return self._both(node, lambda: math.atan2(a, b), lambda: (da * b - a * db) / (a * a + b * b))
+
+    def _both(self, node: ast.expr, value: Callable[[], float], rate: Callable[[], float]) -> _Dual:
+        return _Dual(self.finite(node, value), self.finite(node, rate))
+
+
+def _dual(value: Any) -> _Dual:
+    return value if isinstance(value, _Dual) else _Dual(value, 0.0)

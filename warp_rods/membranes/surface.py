@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import warp as wp
@@ -12,13 +12,10 @@ from warp_rods.device import exclusive, start
 from warp_rods.documented import Documented
 from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
 from warp_rods.membranes import motion
-from warp_rods.membranes.level_set import Kind, LevelSet, Values
+from warp_rods.membranes.level_set import Box, Kind, LevelSet, MovingKind, Values
 from warp_rods.values import shown
 
-__all__ = ["INSTANT", "Surface"]
-
-INSTANT = 1e-5
-"""Half the time interval of the difference quotient for the velocity of a moving surface."""
+__all__ = ["Surface"]
 
 
 class Surface(metaclass=Documented):
@@ -46,6 +43,7 @@ class Surface(metaclass=Documented):
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
         self.data = level_set.data
         """Notes, warnings and bodies of a surface from a file."""
+        self._given = level_set.closed is None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
@@ -53,9 +51,24 @@ class Surface(metaclass=Documented):
         box = " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in zip(*self.box, strict=True))
         return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
 
+    @property
+    def ends(self) -> Box:
+        """The box [3] outside which φ is not given: that of an open surface of a formula or a file, or infinite."""
+        return self.box if self._given and not self.closed else (np.full(3, -np.inf), np.full(3, np.inf))
+
     def parameters_at(self, time: float) -> np.ndarray:
         """The parameters of the field [8] at this time; raises SceneError where a formula has no value."""
         return _numbers(self._row.level_set(motion.values_at(self.values, time))) if self.moving else self.parameters
+
+    def parameter_rates(self, time: float) -> np.ndarray:
+        """Time derivatives of the parameters [8], exact; raises SceneError where a formula has none."""
+        numbers = cast(MovingKind, self._row).numbers(motion.rates_at(self.values, time))
+        return np.concatenate([numbers, np.zeros(8 - numbers.size)])
+
+    @property
+    def rate(self) -> Any:
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a moving surface."""
+        return cast(MovingKind, self._row).rate(self.values)
 
     def at(self, time: float) -> Surface:
         """The surface at this time, at rest; raises SceneError where a formula has no value."""
@@ -86,10 +99,9 @@ class Surface(metaclass=Documented):
     def device_parameters(self, device, time: float = 0.0) -> wp.array:
         """The parameters in an array of one element, whose changes a recorded step sees.
 
-        For a moving surface three elements: at this time, and ``INSTANT`` before and after.
+        For a moving surface two elements: the parameters at this time, and their rates.
         """
-        times = (time, time - INSTANT, time + INSTANT) if self.moving else (time,)
-        numbers = [self.parameters_at(t) for t in times]
+        numbers = [self.parameters_at(time), *([self.parameter_rates(time)] if self.moving else [])]
         start()
         with exclusive:
             return wp.array([self._on(device, row) for row in numbers], dtype=Parameters, device=device)

@@ -20,7 +20,6 @@ from warp_rods.membranes.files import FileError
 from warp_rods.membranes.inspection import inspect
 from warp_rods.membranes.level_set import Fault
 from warp_rods.membranes.mesh import triangulate
-from warp_rods.membranes.surface import INSTANT as INSTANT
 from warp_rods.membranes.surface import Surface
 from warp_rods.values import key_path, plain
 

@@ -10,7 +10,7 @@ import sympy
 
 from warp_rods.formula import ALLOWED, COORDINATES, OPERATORS, FormulaReader, check, syntax_tree
 
-__all__ = ["expression"]
+__all__ = ["expression", "unchecked"]
 
 MOST_FACTORS = 20
 """Largest number of factors, as the second derivatives of a product of n factors have of the order of n³ terms."""
@@ -24,6 +24,11 @@ def expression(text: str, names: Sequence[str]) -> sympy.Expr:
     of one, and a product with too many factors.
     """
     check(text, names)
+    return unchecked(text, names)
+
+
+def unchecked(text: str, names: Sequence[str]) -> sympy.Expr:
+    """As ``expression``, without a check that every name occurs."""
     symbols = {name: sympy.Symbol(f"x{i}") for i, name in enumerate(COORDINATES)}
     symbols |= {name: sympy.Symbol(f"p{i}") for i, name in enumerate(names)}
     return sympy.sympify(_SymPyReader(symbols, ALLOWED).read(syntax_tree(text, ALLOWED)))

@@ -22,6 +22,8 @@ class Status(IntEnum, metaclass=_Documented):
     OFF_SURFACE = int(status.OFF_SURFACE)
     TOO_BENT = int(status.TOO_BENT)
     TOO_FAST = int(status.TOO_FAST)
+    KINK = int(status.KINK)
+    LEFT_DATA = int(status.LEFT_DATA)
 
     @property
     def words(self) -> str:
@@ -35,4 +37,6 @@ WORDS = {
     Status.OFF_SURFACE: "left its surface",
     Status.TOO_BENT: "bent by more than half a turn between two nodes",
     Status.TOO_FAST: "was about to move by more than its length in one step",
+    Status.KINK: "reached a kink of its surface, or a bend that is too sharp for the spacing of its nodes",
+    Status.LEFT_DATA: "reached the end of its surface, the box beyond which φ is not given",
 }

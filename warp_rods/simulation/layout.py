@@ -21,17 +21,19 @@ from warp_rods.membranes.surface import Surface
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
-from warp_rods.rods.step_limits import SAMPLES, StepLimit, filament_limits, wall_limit
+from warp_rods.rods.status import Status
+from warp_rods.rods.step_limits import SAMPLES, StepLimit, bent_start_limit, membrane_limit, wall_limit
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
-LARGEST_ANGLE = 0.3
-"""Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
+MOST_ROUNDS = 200
+"""Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -143,28 +145,17 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
         p = table.placement
         geodesic = each_node(p.geodesic_curvature, table.count, table.nodes)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
+        if len(lost := np.flatnonzero(rods.status)):
+            what = Status(int(rods.status[lost[0]])).words
+            raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits, coarse = [], []
-    for now in map(surface.at, times):
+    limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
+    for time, now in zip(times, map(surface.at, times), strict=True):
         points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
-        limits.append(filament_limits(now, points, rods))
-        coarse += _unresolved(now, table, points)
+        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points))
+        coarse += unresolved_filaments(now, table, np.concatenate([points, placement.curved_points(now, points)]))
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
     layout.warnings += coarse[-1:]
-
-
-def _unresolved(surface: Surface, table: FilamentsTable, points: np.ndarray) -> list[str]:
-    """A warning if the spacing of nodes is too large for the curvature of the surface or the intrinsic curvature."""
-    spacing = float(np.max(table.length)) / (table.nodes - 1)
-    principal = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
-    largest = max(float(principal), float(np.abs(table.intrinsic).max()))
-    if spacing * largest <= LARGEST_ANGLE:
-        return []
-    nodes = math.ceil(float(np.max(table.length)) * largest / LARGEST_ANGLE) + 1
-    return [
-        f"{table.name}: nodes are {spacing:.3g} apart and curvatures reach {largest:.3g}: bending by more than "
-        f"{LARGEST_ANGLE} radians per cell is not well resolved; use {nodes} nodes or more"
-    ]
 
 
 def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
@@ -194,15 +185,30 @@ def _random(
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
-    if steric is None:
-        position = placement.uniform_points(surface, table.count, rng, part)
+    has_end = bool(np.isfinite(surface.ends).all())
+
+    def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
+        position = placement.uniform_points(surface, count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
+
+    def inside(rods: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], Any]:
+        """Poses and filaments, which lie inside the box in which φ is given."""
+        position, direction = drawn(len(rods))
+        made = build(position, direction, rods)
+        for _ in range(MOST_ROUNDS):
+            if not len(out := np.flatnonzero(made.status == Status.LEFT_DATA)):
+                return (position, direction), made
+            position[out], direction[out] = drawn(len(out))
+            made = build(position, direction, rods)
+        raise SceneError(f"length = {np.max(table.length):g}: no place was found where the filament is in the box")
+
+    if steric is None:
+        return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        position = placement.uniform_points(surface, len(rods), rng, part)
-        direction = placement.isotropic_directions(surface, position, rng)
-        return (position, direction), build(position, direction, rods).position
+        poses, made = inside(rods)
+        return poses, made.position
 
     space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)
@@ -244,6 +250,7 @@ def _swimmers(layout: Layout, table: SwimmersTable) -> None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     layout.limits[table.name] = layout.ensembles[table.name].step_limit
+    layout.warnings += unresolved_swimmers(table)
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,6 +14,7 @@ from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
 from warp_rods.scene.scene import Scene
@@ -20,7 +22,7 @@ from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
-from warp_rods.simulation.watch import EnergyWatch
+from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
 FEWEST_STEPS = 1000
 """Smallest number of steps of a run without ``time.step``, for accuracy; the bounds on the step are for stability."""
@@ -50,7 +52,7 @@ class Simulation(metaclass=Documented):
         self.step_size, self.warnings = self._choose_step(laid_out.limits)
         self.warnings += laid_out.warnings
         self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
-        if scene.time.step is None or not np.isclose(self.frames.longest_step, scene.time.step, rtol=1e-9):
+        if scene.time.step is None or not math.isclose(self.frames.longest_step, scene.time.step):
             self.step_size = self.frames.longest_step
             self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
         self.frame = 0
@@ -80,6 +82,9 @@ class Simulation(metaclass=Documented):
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
+        bound = {name: e.surface.ends for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
+        self._end = EndWatch(bound)
+        self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -165,6 +170,8 @@ class Simulation(metaclass=Documented):
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
+        self._new_warnings += self._end.check(self.time, found)
+        self._new_warnings += self._step_watch.check(self.time, self.ensembles)
         return found
 
     def new_warnings(self) -> list[str]:
@@ -217,7 +224,7 @@ class Simulation(metaclass=Documented):
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
             raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
-        if any(not np.isclose(e.time, self.time) for e in self.ensembles.values()):
+        if any(abs(e.time - self.time) > self.step_size / 2 for e in self.ensembles.values()):
             raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
         self.steps_taken = self.frames.steps_to(self.frame)
         for hook in self._hooks:

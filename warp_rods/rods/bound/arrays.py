@@ -115,6 +115,8 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
         setattr(past, name, per_node(rods, nodes, wp.float64, device))
     past.angular_velocity, past.velocity = per_rod(rods, wp.vec3d, device), per_rod(rods, wp.vec3d, device)
     past.failed_at = per_rod(rods, wp.float64, device)
+    past.position, past.curvature = per_node(rods, nodes, wp.vec3d, device), per_node(rods, nodes, wp.vec3d, device)
+    past.rotation, past.unfit = per_node(rods, nodes, wp.mat33d, device), per_node(rods, 2, wp.int32, device)
     return past
 
 

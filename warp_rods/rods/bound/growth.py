@@ -59,7 +59,7 @@ def _of_table(table: GrowthTable, length: np.ndarray) -> Knots:
     for name, values in (("time", time), ("length", lengths)):
         if len(values) not in (1, count):
             raise SceneError(f"growth.{name}: needs one list, or one for each of {count} rods; has {len(values)}")
-    if not np.allclose(lengths[:, 0], length):
+    if not np.allclose(lengths[:, 0], length, atol=0.0):
         raise SceneError(f"growth.length: must begin with the filaments' length, {length.tolist()}")
     shape = (count, time.shape[1])
     return np.broadcast_to(time, shape).copy(), np.broadcast_to(lengths, shape).copy()

@@ -9,7 +9,7 @@ import warp as wp
 from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.bound import energy, frames, linear_systems, load, rod, step
-from warp_rods.membranes.surfaces import INSTANT, Surface
+from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound.arrays import ENDS, Arrays, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
@@ -26,7 +26,9 @@ class BoundLaunches:
         self._membrane = surface
         self._parameters = surface.device_parameters(self.device)
         self._parameters_time = 0.0
+        self._ends = tuple(wp.vec3d(*corner) for corner in surface.ends)
         self._surface = frames.on_surface(surface.field)
+        self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self.version = object()
         parts = self._slices()
         self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in parts], self.device)
@@ -53,8 +55,8 @@ class BoundLaunches:
     def place(self, node: int) -> None:
         """Project the frame of one node onto the surface, and compute the other frames from it outwards."""
         f = self.arrays.f
-        self._launch(self._surface.place, self.rods, f, self._parameters, node)
-        self._launch(self._surface.rebuild, (self.rods, 2), f, self._parameters, node)
+        self._launch(self._surface.place, self.rods, f, self.arrays.past, self._parameters, node)
+        self._launch_rebuild(self.arrays, node, laid_out=1)
 
     def set_membrane_time(self, time: float) -> None:
         """Set the parameters of a moving membrane to those at this time; nothing to do for a membrane at rest."""
@@ -81,7 +83,7 @@ class BoundLaunches:
         f, count, grid = a.f, a.f.geodesic.shape[0], a.f.geodesic.shape
         lower, diagonal, upper = a.bands[:3]
         if self._membrane.moving:
-            self._launch(self._surface.motion, grid, f, self._parameters, 2 * INSTANT)
+            self._launch(self._motion, grid, f, self._parameters)
         self._launch(rod.find_moments, grid, f)
         self._launch(rod.find_transverse_forces, grid, f)
         self._launch(rod.find_velocity_coefficients, grid, f)
@@ -102,7 +104,13 @@ class BoundLaunches:
             self._launch(self._surface.advance_tracked, count, f, past, self._parameters, clock)
         self._launch(step.advance_geodesic, grid, f, past, clock)
         self._launch(step.grow, count, f, a.growth, clock)
-        self._launch(self._surface.rebuild, (count, 2), f, self._parameters, f.tracked)
+        self._launch_rebuild(a, f.tracked, laid_out=0)
+
+    def _launch_rebuild(self, a: Arrays, node: int, laid_out: int) -> None:
+        """Frames from that of ``node`` outwards; rods that cannot follow the surface are frozen."""
+        count = a.f.geodesic.shape[0]
+        self._launch(self._surface.rebuild, (count, 2), a.f, a.past, self._parameters, node, *self._ends)
+        self._launch(step.freeze_unfit, count, a.f, a.past, a.growth, self.clock.array, laid_out)
 
     def _launch_output(self) -> None:
         a, f, output, grid = self.arrays, self.arrays.f, self.arrays.output, (self.rods, self.nodes)

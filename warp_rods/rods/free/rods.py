@@ -154,7 +154,7 @@ class FreeRods(FreeReadings, Ensemble):
     @property
     def step_limit(self) -> StepLimit:
         """The largest stable step; empirical, for swimmers only."""
-        return swimmer_limit(self._passive)
+        return swimmer_limit(self, self._passive)
 
     def _apply_external(self) -> None:
         if self._external is None:

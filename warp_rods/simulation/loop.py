@@ -12,6 +12,7 @@ from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.errors import RodFailure, RunFolderError
+from warp_rods.membranes.surface import ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
@@ -75,7 +76,7 @@ class Simulation:
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
-        bound = {name: e.surface.ends for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
+        bound = {name: ends_of(e.surface) for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
         self._end = EndWatch(bound)
         self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False

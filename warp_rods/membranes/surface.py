@@ -15,7 +15,7 @@ from warp_rods.membranes import motion
 from warp_rods.membranes.level_set import Box, Kind, LevelSet, MovingKind, Values
 from warp_rods.values import shown
 
-__all__ = ["Surface"]
+__all__ = ["Surface", "ends_of"]
 
 
 class Surface(metaclass=Documented):
@@ -32,6 +32,8 @@ class Surface(metaclass=Documented):
         level_set = row.level_set(motion.values_at(values, 0.0))
         self.field = level_set.field
         """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
+        self.rate = cast(MovingKind, row).rate(values) if self.moving else None
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a moving surface."""
         self.parameters = _numbers(level_set)
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
@@ -43,18 +45,14 @@ class Surface(metaclass=Documented):
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
         self.data = level_set.data
         """Notes, warnings and bodies of a surface from a file."""
-        self._given = level_set.closed is None
+        self.given = level_set.closed is None
+        """Whether φ is given by the user, as a formula or a file, so that it is known in the box only."""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
         form = "closed" if self.closed else "open"
         box = " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in zip(*self.box, strict=True))
         return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
-
-    @property
-    def ends(self) -> Box:
-        """The box [3] outside which φ is not given: that of an open surface of a formula or a file, or infinite."""
-        return self.box if self._given and not self.closed else (np.full(3, -np.inf), np.full(3, np.inf))
 
     def parameters_at(self, time: float) -> np.ndarray:
         """The parameters of the field [8] at this time; raises SceneError where a formula has no value."""
@@ -64,11 +62,6 @@ class Surface(metaclass=Documented):
         """Time derivatives of the parameters [8], exact; raises SceneError where a formula has none."""
         numbers = cast(MovingKind, self._row).numbers(motion.rates_at(self.values, time))
         return np.concatenate([numbers, np.zeros(8 - numbers.size)])
-
-    @property
-    def rate(self) -> Any:
-        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a moving surface."""
-        return cast(MovingKind, self._row).rate(self.values)
 
     def at(self, time: float) -> Surface:
         """The surface at this time, at rest; raises SceneError where a formula has no value."""
@@ -158,6 +151,11 @@ class Surface(metaclass=Documented):
     def gaussian_curvature(self, points: np.ndarray) -> np.ndarray:
         """𝒦 [...] at points [..., 3] on the surface; 1/length²."""
         return np.linalg.det(self.second_form(points)[2])
+
+
+def ends_of(surface: Surface) -> Box:
+    """The box [3] outside which φ is not known: that of an open surface of a formula or a file, or infinite."""
+    return surface.box if surface.given and not surface.closed else (np.full(3, -np.inf), np.full(3, np.inf))
 
 
 def _numbers(level_set: LevelSet) -> np.ndarray:

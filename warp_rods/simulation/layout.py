@@ -17,7 +17,7 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.catalogue import GIVEN
-from warp_rods.membranes.surface import Surface
+from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
@@ -185,7 +185,7 @@ def _random(
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
-    has_end = bool(np.isfinite(surface.ends).all())
+    has_end = bool(np.isfinite(ends_of(surface)).all())
 
     def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
         position = placement.uniform_points(surface, count, rng, part)

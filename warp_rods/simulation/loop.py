@@ -14,6 +14,7 @@ from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.membranes.surface import ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
@@ -82,7 +83,7 @@ class Simulation(metaclass=Documented):
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
-        bound = {name: e.surface.ends for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
+        bound = {name: ends_of(e.surface) for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
         self._end = EndWatch(bound)
         self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from warp_rods.membranes import surfaces
+from warp_rods.membranes.surface import ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.status import Status
 
@@ -104,9 +105,9 @@ def test_a_filament_that_leaves_the_box_of_a_formula_is_frozen_inside():
 
 def test_a_plane_a_cylinder_and_closed_surfaces_have_no_end():
     for kind, values in (("plane", {"size": 1.0}), ("cylinder", {"radius": 0.5, "length": 1.0})):
-        assert not np.isfinite(surfaces.make(kind, values).ends).any()
+        assert not np.isfinite(ends_of(surfaces.make(kind, values))).any()
     closed = surfaces.make("expression", {"phi": "x**2 + y**2 + z**2 - 1", "box": BOX})
-    assert not np.isfinite(closed.ends).any()
+    assert not np.isfinite(ends_of(closed)).any()
     rods = pulled(surfaces.make("plane", {"size": 1.0}), [0.3, 0, 0], [0, 1, 0], [4.0, 0, 0])
     rods.step(1e-3, 1000)
     assert rods.status[0] == Status.OK and rods.position[0, 0, 0] > 1.0

@@ -105,6 +105,7 @@ def moved(surface: surfaces.Surface, device: str) -> np.ndarray:
     return rods.position
 
 
+@pytest.mark.long
 def test_filaments_move_as_on_the_built_in_sphere_to_second_order(tmp_path, device):
     exact = moved(surfaces.make("sphere", {"radius": 1.0}), device)
     error, spacing = [], []
@@ -227,6 +228,7 @@ def test_a_file_that_defines_no_membrane_is_refused_with_the_reason(name, change
         assert word in str(caught.value)
 
 
+@pytest.mark.long
 def test_compiles_to_ptx(tmp_path):
     if 80 not in wp.get_cuda_supported_archs():
         pytest.skip("no CUDA code generation here")

@@ -85,6 +85,7 @@ def test_a_cell_that_leaves_the_stack_goes_straight_on(tmp_path):
     assert k[:, 1].mean() == pytest.approx(1, abs=0.02) and k[:, 0].max() < 0.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("b", "spacing"), [(1.1, None), (1.01, 0.02), (1.003, None)])
 def test_the_neck_of_a_dividing_cell_keeps_its_radius(b, spacing, tmp_path):
     """Cassini's oval with a = 1: a neck of radius √(b² − a²), 𝒦 there as that of the formula."""
@@ -98,6 +99,7 @@ def test_the_neck_of_a_dividing_cell_keeps_its_radius(b, spacing, tmp_path):
     assert surface.gaussian_curvature(x)[0] == pytest.approx(exact.gaussian_curvature(x)[0], rel=0.1)
 
 
+@pytest.mark.long
 def test_a_neck_too_fine_for_the_spacing_is_refused_and_one_that_changes_is_warned_of(tmp_path, caplog):
     exact = surfaces.make("cassini", {"a": 1.0, "b": 1.003})
     mesh = triangulate(exact, 150)
@@ -123,6 +125,7 @@ def test_curvature_of_a_coarse_mesh(subdivisions, tolerance, tmp_path):
     assert not surface.data.warnings
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1e-9, 1e-6, 1.0, 1e6])
 def test_meshes_and_stacks_in_any_unit(scale, tmp_path):
     ball = trimesh.creation.icosphere(subdivisions=3)
@@ -159,6 +162,7 @@ def test_two_bodies_are_taken_whichever_way_they_face(inwards, tmp_path):
     assert ("1 of 2 bodies turned" in said(surface)) == (len(inwards) == 1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("inwards", [(), (1,), (0, 1, 2)])
 def test_a_shell_with_a_body_inside_is_oriented_by_nesting(inwards, tmp_path):
     radii = (2.0, 1.2, 0.6)

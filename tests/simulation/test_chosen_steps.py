@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from warp_rods.contact.overlap import MOST_ROUNDS, Space, without_overlap
+from warp_rods.contact.overlap import MOST_ROUNDS, without_overlap
+from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling, surfaces
 from warp_rods.rods.bound.rods import BoundRods
@@ -126,7 +127,7 @@ def test_rods_that_cannot_fit_are_given_up_early():
         return (x,), x[:, None, :]
 
     with pytest.raises(SceneError, match=r"count = 90: after \d+ draws only \d+ fit 0.1 apart; place fewer"):
-        without_overlap(90, draw, 0.1, Space(np.empty((0, 3)), np.zeros(3)))
+        without_overlap(90, draw, 0.1, OccupiedSpace((), np.zeros(3)))
     assert len(rounds) < MOST_ROUNDS / 4
     rounds.clear()
-    assert len(without_overlap(50, draw, 0.1, Space(np.empty((0, 3)), np.zeros(3))).poses[0]) == 50
+    assert len(without_overlap(50, draw, 0.1, OccupiedSpace((), np.zeros(3))).poses[0]) == 50

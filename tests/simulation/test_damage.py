@@ -100,6 +100,7 @@ def damage_all(folder: Path, files: list[Path], flips: int) -> Counter:
     return outcomes
 
 
+@pytest.mark.long
 def test_damage_of_each_kind_of_file_is_read_right_or_told(sound, tmp_path):
     """A file of each kind is deleted, cut, or changed in one byte."""
     shutil.copytree(sound, tmp_path / "run")
@@ -127,7 +128,7 @@ def test_damage_of_every_file_is_read_right_or_told(sound, tmp_path):
         ("many/position/c.0.0.0.0", "frame 2 of many/position is damaged"),
         ("one/status/c.0.0", "frame 0 of one/status is damaged"),
         ("one/s/c.0", "one/s is damaged"),
-        ("zarr.json", "trajectory.zarr/zarr.json is damaged"),
+        ("zarr.json", "trajectory.zarr/zarr.json (is damaged|cannot be read)"),
     ],
 )
 def test_the_message_names_frame_and_variable(sound, tmp_path, file, said):

@@ -30,6 +30,7 @@ def test_filaments_are_placed_whole_inside_the_box(steric):
     assert not rods.status.any() and (np.abs(rods.position) <= 1).all()
 
 
+@pytest.mark.long
 def test_filaments_that_stick_out_or_do_not_fit_are_refused():
     with pytest.raises(SceneError, match=r"filaments\[0\].placement: rod 0 reached the end of its surface, the box"):
         Simulation(scene(at(0, 0.9, 0)), "cpu")

@@ -142,6 +142,7 @@ def test_a_run_of_an_earlier_version_is_opened_and_drawn(earlier):
     assert before == {path: path.read_bytes() for path in sorted(earlier.rglob("*")) if path.is_file()}
 
 
+@pytest.mark.long
 def test_damaged_metadata_of_an_earlier_version_give_one_message(earlier):
     """Without checksums not all damage can be seen, but none gives a traceback, when it is read nor when resumed."""
     folder, outcomes = earlier / "killed", {"read": 0, "told": 0}

@@ -77,6 +77,7 @@ def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, pass
     assert (data.steric_energy.max() > 5e-4) != passes
 
 
+@pytest.mark.long
 def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
     data = runner.simulate(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
     radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)

@@ -152,6 +152,7 @@ def test_xarray_opens_a_run_in_progress_up_to_its_last_complete_frame(tmp_path):
 LOOKS = 60
 
 
+@pytest.mark.long
 def test_many_looks_with_xarray_while_a_process_writes(tmp_path):
     """Every look finds whole frames in all groups, and more of them as time goes on."""
     with writing_process(tmp_path) as child:
@@ -240,6 +241,7 @@ def writing_process(folder):
         yield child
 
 
+@pytest.mark.long
 def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
     """Killed with SIGKILL at several times while it writes without a pause."""
     for attempt, pause in enumerate((0.0, 0.05, 0.11)):

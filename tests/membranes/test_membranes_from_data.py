@@ -113,6 +113,7 @@ def test_a_neck_too_fine_for_the_spacing_is_refused_and_one_that_changes_is_warn
     assert surface.data.warnings[0] in caplog.text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("subdivisions", "tolerance"), [(2, 0.08), (3, 0.05), (4, 0.04)])
 def test_curvature_of_a_coarse_mesh(subdivisions, tolerance, tmp_path):
     """Balls of 320 to 5120 triangles: 𝒦 at every point, relative to the ball of the same volume."""

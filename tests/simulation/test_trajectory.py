@@ -124,6 +124,7 @@ def test_each_group_has_the_scene_as_an_attribute(tmp_path):
     assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", [{}, {"consolidated": True}, {"consolidated": False}], ids=str)
 @pytest.mark.parametrize("frames", [5, 150])
 def test_xarray_opens_the_store_with_the_same_contents(tmp_path, how, frames):

@@ -27,6 +27,7 @@ from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.memory import check_memory
 from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
@@ -68,6 +69,7 @@ class Layout:
 
 def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
+    check_memory(scene)
     layout = Layout(scene, device, *build_surfaces(scene))
     for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
         notes, warnings = lines_on_data(scene, path, surface)

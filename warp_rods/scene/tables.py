@@ -14,8 +14,6 @@ from warp_rods.values import Positive, ZeroOrMore, number
 
 __all__ = ["Output", "Steric", "SurfaceTable", "Time", "Units", "metres"]
 
-Distance = Annotated[Positive, Field(le=1e100)]
-"""Its powers are finite numbers."""
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
 ROUND_OFF = 1e-9
 """Relative difference up to which times are equal: the step as run is the spacing of the frames over a whole number."""
@@ -52,8 +50,8 @@ class Steric(Table):
     """Steric repulsion (5.39): strength g0, range a, core ε."""
 
     strength: ZeroOrMore = Field(description="0 or a positive number")
-    range: Distance = Field(description="a positive number, 1e100 at most")
-    core: Distance = Field(description="a positive number, 1e100 at most")
+    range: Positive = Field(description="a positive number")
+    core: Positive = Field(description="a positive number")
 
 
 class Time(Table):

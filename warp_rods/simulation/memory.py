@@ -1,4 +1,4 @@
-"""Scenes that cannot fit into memory are refused before any is taken."""
+"""Scenes that cannot fit into memory, or into floating-point numbers, are refused before any memory is taken."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from warp_rods.scene.scene import Scene
 
 BYTES_OF_A_NODE = 800
 """State, workspace and output of a node; about, and rather less."""
+LARGEST_DISTANCE = 1e100
+"""Powers of steric distances must be finite numbers."""
 BYTES_OF_A_PAIR = 8
 """An entry in the lists of neighbours."""
 
@@ -25,8 +27,14 @@ def memory() -> float:
 
 
 def check_memory(scene: Scene) -> None:
-    """Raises SceneError naming the table whose rods, or whose neighbours along the same rod, need too much memory."""
+    """Raises SceneError naming the table whose rods, or whose neighbours along the same rod, need too much memory.
+
+    Also for a steric distance whose powers overflow.
+    """
     available = memory()
+    for key in ("range", "core"):
+        if scene.steric is not None and (value := getattr(scene.steric, key)) > LARGEST_DISTANCE:
+            raise SceneError(f"steric.{key} = {value:g}: must be {LARGEST_DISTANCE:g} at most")
     for kind in ("swimmers", "filaments"):
         for index, table in enumerate(getattr(scene, kind)):
             nodes = float(table.count) * table.nodes

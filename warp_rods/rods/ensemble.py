@@ -31,17 +31,8 @@ FORCE_STATE = ("force", "force_previous")
 
 FOR_THE_LOOP = frozenset(
     {
-        *(
-            "prepare_step",
-            "take_step",
-            "finish_step",
-            "recordable",
-            "threads",
-            "version",
-            "refine",
-            "middle",
-            "evaluate",
-        ),
+        *("advance", "set_step", "prepare_step", "take_step", "finish_step", "present_limits", "ends_of_space"),
+        *("recordable", "threads", "version", "refine", "middle", "tracked", "evaluate"),
         *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
@@ -144,7 +135,8 @@ class Ensemble(Readings):
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
-        self.set_step(dt)
+        with exclusive:
+            self._clock.set_step(dt)
         for _ in range(steps):
             self.prepare_step(dt)
             self.take_step()
@@ -165,6 +157,16 @@ class Ensemble(Readings):
     @abstractmethod
     def step_limit(self) -> StepLimit:
         """The largest stable step, and the formula that gives it."""
+
+    @property
+    def present_limits(self) -> np.ndarray:
+        """The bound on the step of each rod where it is now [rod]; infinity where its place does not matter."""
+        return np.full(self.count, np.inf)
+
+    @property
+    def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [3] of the box beyond which rods are frozen; infinite where there is none."""
+        return np.full(3, -np.inf), np.full(3, np.inf)
 
     def set_step(self, dt: SupportsFloat) -> None:
         """Set the length of the next steps; raises SceneError for one that is not positive."""

@@ -99,18 +99,23 @@ def filament_limits(surface: Surface, points: np.ndarray, rods) -> StepLimit:
 
 
 def membrane_limit(
-    surface: Surface, rods: Any, nodes: np.ndarray | None = None, points: np.ndarray | None = None
+    surface: Surface,
+    rods: Any,
+    nodes: np.ndarray | None = None,
+    points: np.ndarray | None = None,
+    curved: np.ndarray | None = None,
 ) -> StepLimit:
     """The bound on Δt for filaments anywhere on a surface, and at their ``nodes`` [rod, node, 3], if given.
 
     points [n, 3]: uniform in area; drawn where they are not given. They miss thin necks, so more are taken where
-    curvature is largest. The bound from the uniform points is kept where these do not reduce it by more than
-    ``SAFETY``, which a chosen step keeps anyway.
+    curvature is largest, ``curved`` [n, 3], found where they are not given. The bound from the uniform points is kept
+    where these do not reduce it by more than ``SAFETY``, which a chosen step keeps anyway.
     """
     points = uniform_points(surface, SAMPLES, np.random.default_rng(0)) if points is None else points
     sliding = sliding_limit(surface, points, rods)
     coarse = min(filament_limits(surface, points, rods), sliding, key=lambda limit: limit.step)
-    more = [curved_points(surface, points), np.empty((0, 3)) if nodes is None else nodes[:, ::4].reshape(-1, 3)]
+    curved = curved_points(surface, points) if curved is None else curved
+    more = [curved, np.empty((0, 3)) if nodes is None else nodes[:, ::4].reshape(-1, 3)]
     extra = np.concatenate(more)
     spacing = np.min(rods.length) / (rods.nodes - 1)
     extra = extra[np.abs(np.linalg.eigvalsh(surface.second_form(extra)[2])).max(axis=-1) * spacing < RESOLVED]

@@ -59,7 +59,11 @@ class Layout:
 
     def random(self, name: str) -> np.random.Generator:
         """A random generator for one ensemble, so that an additional ensemble does not change the others."""
-        return np.random.default_rng([self.scene.seed, *name.encode()])
+        return np.random.default_rng(self.seed(name))
+
+    def seed(self, name: str) -> list[int]:
+        """The seed of that generator."""
+        return [self.scene.seed, *name.encode()]
 
     @property
     def lines(self) -> list[np.ndarray]:
@@ -154,8 +158,9 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
     limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
     for time, now in zip(times, map(surface.at, times), strict=True):
         points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
-        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points))
-        coarse += unresolved_filaments(now, table, np.concatenate([points, placement.curved_points(now, points)]))
+        curved = placement.curved_points(now, points)
+        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points, curved))
+        coarse += unresolved_filaments(now, table, np.concatenate([points, curved]))
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
     layout.warnings += coarse[-1:]
 
@@ -226,7 +231,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
         table.nodes,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
-        shape=table.shape.model_dump(exclude_none=True) | {"seed": [layout.scene.seed, *table.name.encode()]},
+        shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
         **placed,
         device=layout.device,
     )

@@ -14,8 +14,6 @@ from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
-from warp_rods.membranes.surface import ends_of
-from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
 from warp_rods.scene.scene import Scene
@@ -83,8 +81,7 @@ class Simulation(metaclass=Documented):
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
-        bound = {name: ends_of(e.surface) for name, e in self.ensembles.items() if isinstance(e, BoundRods)}
-        self._end = EndWatch(bound)
+        self._end = EndWatch({name: e.ends_of_space for name, e in self.ensembles.items()})
         self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False
         self._new_warnings: list[str] = []

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
-from warp_rods.rods.step_limits import node_limit
 
 NEAR = 0.1
 """Users are warned of filaments closer than this to the end of their surface, in units of their length."""
@@ -87,9 +85,9 @@ class StepWatch:
         """Warnings for ensembles of which a filament has come to a place with a bound below the step."""
         lines = []
         for name, rods in ensembles.items():
-            if not isinstance(rods, BoundRods) or name in self._warned:
+            if name in self._warned:
                 continue
-            bounds = np.where(rods.status == 0, node_limit(rods.curvature, rods), np.inf)
+            bounds = np.where(rods.status == 0, rods.present_limits, np.inf)
             rod = int(np.argmin(bounds))
             if bounds[rod] < self._step:
                 self._warned.add(name)

@@ -12,7 +12,7 @@ import warp as wp
 from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
 from warp_rods.rods.bound.arrays import allocate, tracked_node
 from warp_rods.rods.bound.checks import check, checked_ends, geodesic_curvatures, parameters_of, rows_of_three
@@ -20,7 +20,7 @@ from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.step_limits import StepLimit, membrane_limit
+from warp_rods.rods.step_limits import StepLimit, membrane_limit, node_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 STATE = ("geodesic", "curvature", "rotation", "position", "status", "spacing", "growth_rate", "force")
@@ -143,6 +143,16 @@ class BoundRods(BoundReadings, Ensemble):
     def step_limit(self) -> StepLimit:  # type: ignore[override]
         """The largest stable step on the surface as it was at the first call, and the formula that gives it."""
         return membrane_limit(self.surface.at(self.time), self)
+
+    @property
+    def present_limits(self) -> np.ndarray:
+        """The bound on the step of each filament, from the curvature of the surface where it is now [rod]."""
+        return node_limit(self.curvature, self)
+
+    @property
+    def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [3] of the box in which φ is given."""
+        return ends_of(self.surface)
 
     @property
     def recordable(self) -> bool:

@@ -128,7 +128,7 @@ def test_damage_of_every_file_is_read_right_or_told(sound, tmp_path):
         ("many/position/c.0.0.0.0", "frame 2 of many/position is damaged"),
         ("one/status/c.0.0", "frame 0 of one/status is damaged"),
         ("one/s/c.0", "one/s is damaged"),
-        ("zarr.json", "trajectory.zarr/zarr.json (is damaged|cannot be read)"),
+        ("zarr.json", "trajectory.zarr/zarr.json is damaged"),
     ],
 )
 def test_the_message_names_frame_and_variable(sound, tmp_path, file, said):
@@ -138,6 +138,8 @@ def test_the_message_names_frame_and_variable(sound, tmp_path, file, said):
     path = folder / "trajectory.zarr" / file
     data = bytearray(path.read_bytes())
     place = -(12 * 9 * 24 + 4) - 50 if "position" in file else len(data) // 2
+    if file == "zarr.json":  # a digit of the version, so that the text stays JSON
+        place = data.index(b'"warp_rods_version": "') + len(b'"warp_rods_version": "')
     data[place] ^= 4
     path.write_bytes(data)
     with pytest.raises(RunFolderError, match=said):

@@ -42,7 +42,7 @@ class RunFolder:
         return self
 
     def __exit__(self, *_exception: object) -> None:
-        """Finish the trajectory and let others write here."""
+        """Finish the trajectory and release the folder."""
         try:
             self.writer.close()
         finally:
@@ -65,10 +65,10 @@ class RunFolder:
         if not (path / STORE).exists():
             others = [part for part in PARTS if (path / part).exists()]
             if others:
-                raise RunFolderError(f"{path} holds a {others[0]} that is of no run: give another --out")
+                raise RunFolderError(f"{path} holds a {others[0]} that belongs to no run: give another --out")
         elif not overwrite:
             raise RunFolderError(
-                f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to go on"
+                f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to continue it"
             )
 
     @classmethod
@@ -114,7 +114,7 @@ class RunFolder:
         attributes: Mapping[str, Any],
         accept: Callable[[State], object] = lambda state: None,
     ) -> tuple[RunFolder, State]:
-        """The folder of an unfinished run of this very scene, and its last checkpoint.
+        """The folder of an unfinished run of this scene, and its last checkpoint.
 
         ``accept`` is called with the state and may raise. Raises RunFolderError where there is none, the scene differs,
         or something is damaged. A refusal changes nothing in the folder.
@@ -134,7 +134,7 @@ class RunFolder:
         return cls(path, writer, lock), state
 
     def checkpoint(self, state: State) -> None:
-        """Replace the checkpoint in one move: whenever the machine stops, one whole checkpoint is there."""
+        """Replace the checkpoint as a whole: whenever the machine stops, one whole checkpoint is there."""
         buffer = io.BytesIO()
         np.savez(buffer, format=np.array(FORMAT), **state)  # type: ignore[arg-type]
         replace_file(self.path / CHECKPOINT, buffer.getbuffer(), durable=True)
@@ -145,7 +145,7 @@ def read_checkpoint(path: Path) -> State:
     """The last checkpoint in a folder; raises RunFolderError where there is none, or it is damaged."""
     file = path / CHECKPOINT
     if not file.is_file():
-        raise RunFolderError(f"{path} has no {CHECKPOINT} to go on from: run without --resume, perhaps --overwrite")
+        raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run without --resume, perhaps --overwrite")
     try:
         with zipfile.ZipFile(file) as archive:
             if broken := archive.testzip():
@@ -154,9 +154,9 @@ def read_checkpoint(path: Path) -> State:
             state = dict(stored)
         version = int(state.pop("format", 1))
     except Exception as fault:  # damaged archives raise errors of many kinds
-        raise RunFolderError(f"{file} is damaged ({fault}): run anew with --overwrite") from None
+        raise RunFolderError(f"{file} is damaged ({fault}): run the scene again with --overwrite") from None
     if version != FORMAT:
-        raise RunFolderError(f"{file} is of another version of warp-rods: run anew with --overwrite")
+        raise RunFolderError(f"{file} is of another version of warp-rods: run the scene again with --overwrite")
     return state
 
 

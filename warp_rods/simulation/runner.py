@@ -146,7 +146,7 @@ class _Saver:
             self._kept.checkpoint(simulation.state())
         for line in simulation.new_failures():
             self.lost.append(line)
-            self._report.warn(f"lost: {line}; it stays as it was, the others go on")
+            self._report.warn(f"lost: {line}; it keeps its last valid state, the others continue")
         for line in simulation.new_warnings():
             self._report.warn(line)
         self.keep_messages()
@@ -180,8 +180,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
 def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Report) -> None:
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
-    more = ": that is time.end already; make it longer to go on" if simulation.finished else ""
-    report.note(f"going on from t = {simulation.time:g}{more}")
+    more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
+    report.note(f"continuing from t = {simulation.time:g}{more}")
 
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
@@ -205,7 +205,7 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
         yield
     except KeyboardInterrupt:
         again = simulation.frames.times[max(kept.checkpointed, 0)]
-        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
+        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume continues from {again:g}")
         raise
     except Exception as error:
         report.keep(f"ended at t = {simulation.now:g} by {type(error).__name__}: {error}")

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import functools
 import io
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from warp_rods.archive import read_archive
 from warp_rods.kernels.surface.spline import spline
 from warp_rods.membranes.files import FileError
 from warp_rods.membranes.level_set import Box, LevelSet, Values
@@ -49,10 +49,7 @@ def kept_level_set(path: Path, changed: int, spacing: tuple[float, ...] | None, 
 def _read(path: Path) -> dict[str, np.ndarray]:
     """The arrays in a file, whose checksums are right."""
     try:
-        with zipfile.ZipFile(path) as file:
-            if broken := file.testzip():
-                raise ValueError(f"the checksum of {broken} is wrong")
-        with np.load(path) as stored:
-            return {name: stored[name] for name in ("grid", "numbers", "low", "high", "spacing", "origin")}
-    except Exception as fault:  # damaged archives raise errors of many kinds
+        stored = read_archive(path)
+        return {name: stored[name] for name in ("grid", "numbers", "low", "high", "spacing", "origin")}
+    except (ValueError, KeyError) as fault:
         raise FileError(f"is no field that a run kept, or is damaged: {fault}") from None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import shutil
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 from filelock import FileLock, Timeout
 
+from warp_rods.archive import read_archive
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.begun import KEPT, Begun
@@ -147,13 +147,9 @@ def read_checkpoint(path: Path) -> State:
     if not file.is_file():
         raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run without --resume, perhaps --overwrite")
     try:
-        with zipfile.ZipFile(file) as archive:
-            if broken := archive.testzip():
-                raise ValueError(f"the checksum of {broken} is wrong")
-        with np.load(file) as stored:
-            state = dict(stored)
+        state = read_archive(file)
         version = int(state.pop("format", 1))
-    except Exception as fault:  # damaged archives raise errors of many kinds
+    except (ValueError, TypeError) as fault:
         raise RunFolderError(f"{file} is damaged ({fault}): run the scene again with --overwrite") from None
     if version != FORMAT:
         raise RunFolderError(f"{file} is of another version of warp-rods: run the scene again with --overwrite")

@@ -58,9 +58,11 @@ def constant_zero(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
 
 
 def _view(base: wp.array, shape: tuple[int, int], strides: tuple[int, int]) -> wp.array:
-    view = wp.array(ptr=base.ptr, shape=shape, strides=strides, dtype=base.dtype, device=base.device)
-    view._ref = base  # a view does not own its memory
-    return view
+    """A view of another shape. It does not own its memory: its deleter keeps the base alive, and deletes nothing."""
+
+    def deleter(_pointer: int, _size: int, _base: wp.array = base) -> None: ...
+
+    return wp.array(ptr=base.ptr, shape=shape, strides=strides, dtype=base.dtype, device=base.device, deleter=deleter)
 
 
 def to_host(array: wp.array):

@@ -48,8 +48,22 @@ def test_run_export_and_refusal_of_a_used_folder(small, tmp_path):
     animation.unlink()
     assert warp_rods("export", folder, "--usd", cwd=tmp_path).returncode == 0
     assert animation.is_file()
+    checked = warp_rods("check", folder, cwd=tmp_path)
+    assert checked.returncode == 0 and "3 complete frames of one" in checked.stdout and "no damage" in checked.stdout
     again = warp_rods("run", small, cwd=tmp_path)
     assert again.returncode == 2 and "--overwrite" in again.stderr and "Traceback" not in again.stderr
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("command", [("check",), ("export", "--usd")])
+def test_damage_ends_with_exit_code_2(small, tmp_path, command):
+    assert warp_rods("run", small, "--device", "cpu", cwd=tmp_path).returncode == 0
+    folder = tmp_path / "runs" / "small"
+    file = folder / "trajectory.zarr" / "one" / "position" / "c.0.0.0.0"
+    file.write_bytes(file.read_bytes()[:-10])
+    done = warp_rods(command[0], folder, *command[1:], cwd=tmp_path)
+    assert done.returncode == 2 and "frame 2 of one/position is damaged" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_every_fault_of_a_scene_in_one_message(small, tmp_path):
@@ -62,6 +76,7 @@ def test_every_fault_of_a_scene_in_one_message(small, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_surface_that_cannot_be_built_ends_with_exit_code_2(small, tmp_path, command):
     formula = 'kind = "expression"\nphi = "x**2 + y**2 + z**2 + 1"\nbox = [[-2, 2], [-2, 2], [-2, 2]]'
@@ -72,6 +87,7 @@ def test_a_surface_that_cannot_be_built_ends_with_exit_code_2(small, tmp_path, c
     assert {p.name for p in tmp_path.iterdir()} == {"small.toml"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

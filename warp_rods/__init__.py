@@ -1,11 +1,18 @@
 """warp_rods: geometrically exact Kirchhoff rods at low Reynolds number, in batches, on NVIDIA Warp.
 
-Begin with ``wr.run("scenes/swimmer.toml")`` and ``wr.open_run("runs/swimmer")``. Names are imported when they are
-first used; ``__init__.pyi`` lists them.
+Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
+Your own loop     FreeRods, BoundRods, Flagella, surfaces, Surface, Status
+Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics
+Theory            steady, continuation, stability, buckling, modes, reproduce
+Errors            WarpRodsError, SceneError, RunFolderError, RodFailure
+
+Begin with ``wr.run("scenes/swimmer.toml")`` and ``wr.open_run("runs/swimmer")``. ``help(wr.run)`` explains a name.
+Names are imported when they are first used; ``__init__.pyi`` lists them.
 """
 
 import lazy_loader
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+# Without __all__, help() is the text above; with it, the help of every class follows.
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)

@@ -82,8 +82,15 @@ def _log_to(console: Console) -> None:
 
 
 @app.command()
-def check(scene: SceneFile) -> None:
-    """Check a scene: place its rods, report time step, number of frames and warnings; writes nothing."""
+def check(
+    scene: Annotated[Path, typer.Argument(metavar="SCENE|DIR", help="A scene in TOML, or the folder of a run")],
+) -> None:
+    """Check a scene: place its rods, report time step, frames and warnings. Of a run: read all of it, find damage."""
+    if scene.is_dir():
+        from warp_rods.simulation.check import check_run
+
+        print(check_run(scene))
+        return
     from warp_rods.scene.scene import Scene
     from warp_rods.simulation.loop import Simulation
 

@@ -38,9 +38,12 @@ _started = False
 
 
 def device(name: Any = None) -> wp.Device:
-    """The Warp device with this name; by default that of Warp."""
+    """The Warp device with this name; by default that of Warp. Raises SceneError for an unknown device."""
     start()
-    return wp.get_device(name)
+    try:
+        return wp.get_device(choose(name) if name == "auto" else name)
+    except (ValueError, TypeError):
+        raise _unknown(name) from None
 
 
 def choose(name: str | None) -> str:
@@ -50,8 +53,13 @@ def choose(name: str | None) -> str:
     if name in (None, "auto"):
         return "cuda:0" if "cuda:0" in known else "cpu"
     if name not in known:
-        raise SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *known])}")
+        raise _unknown(name)
     return name
+
+
+def _unknown(name: object) -> SceneError:
+    known = [device.alias for device in wp.get_devices()]
+    return SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *known])}")
 
 
 def cores() -> int:

@@ -4,13 +4,18 @@ import difflib
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
+from warp_rods.documented import Documented
+
+__all__ = ["RodFailure", "RunFolderError", "SceneError", "UnknownReproduction", "WarpRodsError"]
+
 Row = TypeVar("Row")
 
 
-class WarpRodsError(Exception):
+class WarpRodsError(Exception, metaclass=Documented):
     """Base class of all errors of this package; ``exit_code`` is the exit code of the command line."""
 
     exit_code = 1
+    _unlisted = frozenset({"exit_code"})
 
 
 class SceneError(WarpRodsError, ValueError):
@@ -20,7 +25,7 @@ class SceneError(WarpRodsError, ValueError):
 
 
 class RunFolderError(WarpRodsError):
-    """A run folder that already holds a run, holds none, or holds one of another scene."""
+    """A run folder that already holds a run, holds none or one of another scene, or is damaged."""
 
     exit_code = 2
 
@@ -30,7 +35,7 @@ class RodFailure(WarpRodsError):
 
 
 class UnknownReproduction(WarpRodsError):
-    """A name of no reproduction; lists the known ones."""
+    """An unknown name of a reproduction; lists the known ones."""
 
     exit_code = 2
 

@@ -15,7 +15,9 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-__all__ = ["ALLOWED", "FormulaError", "FormulaReader", "check", "function_of_time", "syntax_tree", "usable_name"]
+from warp_rods.documented import Documented
+
+__all__ = ["ALLOWED", "FormulaError", "check", "function_of_time", "usable_name"]
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan")
@@ -44,7 +46,7 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 
 
-class FormulaError(ValueError):
+class FormulaError(ValueError, metaclass=Documented):
     """A text that is not an allowed formula; the message gives the place and what is allowed."""
 
 
@@ -101,7 +103,7 @@ FORM = object()
 """Placeholder for variables and for all expressions that contain one, while a formula is only checked."""
 
 
-class FormulaReader:
+class FormulaReader(metaclass=Documented):
     """Traverses the syntax tree of a formula and refuses what is not allowed or too long.
 
     ``symbols``: the values of variables and parameters, which are numbers to evaluate the formula, or ``FORM`` to check

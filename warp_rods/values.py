@@ -41,19 +41,29 @@ LONGEST_SHOWN = 60
 def plain(value: Any) -> Any:
     """The value in plain types: lists and arrays as tuples, NumPy scalars as numbers, paths as text, tables as dicts.
 
-    Keys with the value None are left out. −0 becomes 0, so that equal scenes have equal hashes.
+    Keys with the value None are left out, and masked values become None. −0 becomes 0, so that equal scenes have equal
+    hashes. Values of other types, such as dates, stay as they are.
     """
-    if isinstance(value, float):
+    if isinstance(value, (float, np.floating)):
         return float(value) + 0.0
+    if isinstance(value, np.generic):
+        return value.item() if isinstance(value, (np.integer, np.bool_, np.str_)) else value
     if isinstance(value, BaseModel):
         return plain(value.model_dump(exclude_none=True))
+    if hasattr(value, "as_table"):
+        return plain(value.as_table())
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items() if item is not None}
     if isinstance(value, (list, tuple)):
         return tuple(plain(item) for item in value)
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    return plain(np.asarray(value).tolist()) if hasattr(value, "__array__") else value
+    return _from_array(value) if hasattr(value, "__array__") else value
+
+
+def _from_array(value: Any) -> Any:
+    array = value if isinstance(value, np.ndarray) else np.asarray(value)
+    return value if array.dtype.kind in "mMV" else plain(array.tolist())
 
 
 def number(value: Any, kind: Any = Number) -> float:

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from warp_rods.draw.usd.export import export_usd
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation.report import LOG
+from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
 
 
@@ -24,14 +24,26 @@ def run(
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, animation.
 
+    No animation is made with ``output.usd = false``; one that cannot be made is a warning, as the run is complete.
+
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
     ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
     (default: standard error). Raises SceneError before anything is written, RunFolderError for a folder that holds a
     run (or, with ``resume``, none), RodFailure once no rod is left.
     """
-    done = simulate(scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console)
-    path = export_usd(done.folder)
-    line = f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)"
-    done.messages.append(line)
-    LOG.info(line)
-    return done
+    return simulate(
+        scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console, then=_animate
+    )
+
+
+def _animate(folder: Path, scene: Scene, report: Report) -> None:
+    """Write the animation of a finished run. The run is complete whatever happens, so a failure is a warning."""
+    if scene.output is not None and not scene.output.usd:
+        return
+    try:
+        path = export_usd(folder)
+    except Exception as error:
+        text = f"the run is complete, but its animation could not be made: {type(error).__name__}: {error}"
+        report.warn(f"{text}; to try again: warp-rods export {folder} --usd")
+        return
+    report.note(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")

@@ -47,12 +47,20 @@ def distance(phi: real, gradient: wp.vec3d, hessian: wp.mat33d):
     return phi / size, n - (hessian * n) * (phi / (size * size))
 
 
+@wp.func
+def cap_depths(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d, wall_range: real) -> wp.vec3d:
+    """d + δ at the faces of a box, along the outward normal of each face; zero where it is negative."""
+    reach = wp.vec3d(wall_range, wall_range, wall_range)
+    return wp.max(x - high + reach, wp.vec3d()) - wp.max(low - x + reach, wp.vec3d())
+
+
 @functools.cache
 def walls_of(field: wp.Function):
     """The kernel of a soft wall along φ = 0 of a ``field``: W = ½ k (d + δ)² per length where d > −δ; ``dim = rods``.
 
-    d is the distance outside the surface, or inside it for ``side`` = −1. The kernel adds −∇W to ``force`` and stores
-    the energy ∫ W ds of each rod.
+    d is the distance outside the surface, or inside it for ``side`` = −1. The faces of the box from ``low`` to ``high``
+    are walls, too, where they are finite: the caps of a tube. φ counts in the box from ``known_low`` to ``known_high``
+    only. The kernel adds −∇W to ``force`` and stores the energy ∫ W ds of each rod.
     """
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -60,6 +68,10 @@ def walls_of(field: wp.Function):
         position: Vectors2D,
         spacing: Scalars1D,
         parameters: ParameterArray,
+        low: wp.vec3d,
+        high: wp.vec3d,
+        known_low: wp.vec3d,
+        known_high: wp.vec3d,
         side: real,
         strength: real,
         wall_range: real,
@@ -73,9 +85,15 @@ def walls_of(field: wp.Function):
             phi, g, H = field(position[rod, i], parameters[0])
             d, gradient = distance(side * phi, side * g, side * H)
             depth = d + wall_range
-            if depth > real(0.0):
+            x = position[rod, i]
+            known = wp.min(x - known_low) >= real(0.0) and wp.min(known_high - x) >= real(0.0)
+            if known and depth > real(0.0):
                 force[rod, i] -= (strength * depth) * gradient
                 total += trapezoid_weight(i, nodes, spacing[rod]) * depth * depth
+            depths = cap_depths(x, low, high, wall_range)
+            if wp.length(depths) > real(0.0):
+                force[rod, i] -= strength * depths
+                total += trapezoid_weight(i, nodes, spacing[rod]) * wp.dot(depths, depths)
         energy[rod] = real(0.5) * strength * total
 
     return add_wall_force

@@ -17,7 +17,10 @@ from warp_rods.simulation import runner
 
 PLACES = {"position": [[0, 0, 0], [0.1, 0.2, 0.1], [1, 1, 1]]}
 SWIMMER = {"count": 3, "nodes": 17, "twist": 1e-3, "moment": 2e-3, "placement": PLACES}
-FILAMENT = {"count": 3, "nodes": 9, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+GROWTH = {"rate": 0.5, "until": 1.0}
+FILAMENT = {
+    "count": 3, "nodes": 9, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1], "growth": GROWTH
+}  # fmt: skip
 SCENE = {
     "surface": {"kind": "torus", "major": 1.0, "minor": 0.4},
     "swimmers": [{"name": "soft", "bend": 1e-3, **SWIMMER}, {"name": "stiff", "bend": 1e-2, **SWIMMER}],
@@ -100,9 +103,19 @@ def test_a_run_is_a_swarm_of_all_its_swimmers(run):
         ValueError, match=r"speed: a measure of one ensemble: give run\['sensors'\] or another of soft, stiff"
     ):
         wr.measure(run, "polar_order", "speed")
-    filaments = xr.DataTree.from_dict({"a": run["sensors"].to_dataset(), "b": run["sensors"].to_dataset()})
-    with pytest.raises(ValueError, match="polar_order: no swimmers: the run has a, b"):
-        wr.measure(filaments, "polar_order")
+
+
+def test_a_run_of_filaments_alone_is_a_swarm_of_all_of_them(run):
+    """As one ensemble of filaments is; not of ensembles with different numbers of nodes."""
+    sensors = run["sensors"].to_dataset()
+    one, two = (xr.DataTree.from_dict(dict.fromkeys(names, sensors)) for names in ("a", "ab"))
+    expected = wr.measure(one, "polar_order").polar_order
+    np.testing.assert_allclose(wr.measure(two, "polar_order").polar_order, expected)
+    assert "polar_order" in wr.measures(two) and "shape_shares" not in wr.measures(two)
+    other = xr.DataTree.from_dict({"a": sensors, "b": sensors.isel(node=slice(None, None, 2))})
+    assert "polar_order" not in wr.measures(other)
+    with pytest.raises(ValueError, match="polar_order: a, b have different numbers of nodes"):
+        wr.measure(other, "polar_order")
 
 
 def test_the_membrane_comes_from_the_scene(run):
@@ -148,6 +161,53 @@ def test_mistakes_are_named(run):
     with pytest.raises(ValueError, match="settling_time: a measure of filaments, and these are swimmers"):
         wr.measure(run["soft"], "settling_time")
 
+    for wrong in (["speed"], 5, None):
+        with pytest.raises(ValueError, match="no measure called"):
+            wr.measure(run["soft"], wrong)
+        with pytest.raises(ValueError, match="no measure called"):
+            wr.plot(run["soft"], wrong)
+    with pytest.raises(ValueError, match="surface = 'torus': must be a Surface"):
+        wr.measure(run["sensors"], "enrichment", surface="torus")
+    with pytest.raises(ValueError, match="data: int; give one ensemble or a run"):
+        wr.measures(5)
+
+
+def assert_listed_measures_can_be_computed(data) -> set[str]:
+    """And those that are not listed, although they have all they need, are refused or have no value."""
+    listed = set(wr.measures(data))
+    for name, row in wr.measures().items():
+        try:
+            found = wr.measure(data, name)
+        except ValueError:
+            assert name not in listed, name
+            continue
+        empty = all(np.isnan(values).all() for values in found.values() if values.dtype.kind == "f")
+        assert name in listed or (row.conditions and empty), name
+    return listed
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 5, 13])
+@pytest.mark.parametrize("name", ["soft", "sensors", ""])
+def test_measures_lists_what_can_be_computed(run, name, frames):
+    data = run[name].to_dataset() if name else run
+    listed = assert_listed_measures_can_be_computed(data.isel(frame=slice(frames)))
+    assert ("mean_speed" in listed) == (frames >= 2)
+    assert ("mean_square_displacement" in listed) == (frames >= 3)
+
+
+def test_measures_know_distances_boxes_growth_and_moving_membranes(run):
+    soft, sensors = run["soft"].to_dataset(), run["sensors"].to_dataset()
+    heap = soft.assign(position=soft.position - soft.position.isel(node=8))
+    assert "pair_correlation" not in assert_listed_measures_can_be_computed(heap)
+    narrow = soft.assign(period=soft.period.copy(data=[1.5, 1.5, 1.5]))
+    assert "local_polar_order" not in assert_listed_measures_can_be_computed(narrow)
+    constant = sensors.assign(length=sensors.length * 0 + 0.5)
+    assert "energy_per_length" not in assert_listed_measures_can_be_computed(constant)
+    assert "energy_per_length" in assert_listed_measures_can_be_computed(sensors)
+    moving = sensors.assign_attrs(scene=sensors.attrs["scene"].replace("minor = 0.4", 'minor = "0.4 + t"'))
+    assert "enrichment" not in assert_listed_measures_can_be_computed(moving)
+    assert set(wr.measures(sensors.isel(frame=slice(0)))) == set()
+
 
 def test_the_table_is_printed(monkeypatch):
     for columns in (60, 80, 100, 120, 200):
@@ -160,7 +220,8 @@ def test_the_table_is_printed(monkeypatch):
         text = " ".join(" ".join(lines).split())
         assert all(name in text and row.units in text for name, row in MEASURES.items())
     assert any(
-        re.fullmatch(r"  speed +length/time +Swimming speed from start to end +position", line) for line in lines
+        re.fullmatch(r"  speed +length/time +Swimming speed from start to end +position, 2 frames", line)
+        for line in lines
     )
     markup = wr.measures()._repr_html_()
     assert markup.count("<tr>") == len(MEASURES) + 1 and "force*length" in markup

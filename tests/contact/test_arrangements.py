@@ -86,6 +86,7 @@ def test_nearest_points_of_segments():
     np.testing.assert_allclose(d, distance_of_segments(p, 1e-9 * a, q, b), rtol=0, atol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [200])
 def test_centre_lines_keep_the_core_in_a_dense_box(count):
     """Cells of aspect 12 that fill a fifth of the box: between nodes too, where 336 pairs were closer than the core."""

@@ -88,6 +88,7 @@ def last_frame_from(run: Simulation, start: dict[str, np.ndarray]) -> dict[str, 
     return run.ensembles["sensor"].variables()
 
 
+@pytest.mark.long
 def test_contact_on_a_moving_membrane_is_second_order_in_time_and_resumes_with_the_same_bits():
     """From a state in which stiff modes have relaxed: at t = 0 all contacts start at once, which no step resolves."""
     first = breathing(0.125 / 512)

@@ -8,7 +8,7 @@ from reference.steric import Rods
 
 from warp_rods.contact.arrangements import about_z
 from warp_rods.contact.neighbours import Neighbours
-from warp_rods.contact.walls import Walls
+from warp_rods.contact.walls import Walls, caps_of
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.free.rods import FreeRods
@@ -226,3 +226,70 @@ def test_the_energy_lost_is_dissipated_to_second_order_in_time(device):
         defects.append(lost.sum() - drag)
     errors = np.abs(np.diff(defects))
     assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.3)
+
+
+def in_a_cylinder(placement) -> Scene:
+    swimmers = {
+        "name": "cells", "count": 4, "nodes": 33, "bend": 5e-3, "twist": 1e-3, "shape": {"kind": "straight"},
+        "flagella": {"profile": "uniform"}, "placement": placement,
+    }  # fmt: skip
+    surface = {"kind": "cylinder", "radius": 0.7, "length": 3.0}
+    box = {"kind": "container", "surface": surface}
+    return Scene.parse({"seed": 2, "swimmers": [swimmers], "box": box, "time": {"end": 2.0, "step": 5e-4}})
+
+
+def test_a_cylinder_ends_at_its_length():
+    """Swimmers along its axis are held by the caps: the wall pushes with the force of a swimmer, k ∫ (d + δ) = 1."""
+    poses = {"position": [[0, 0, z] for z in (-0.8, 0.0, 0.4, 0.9)], "direction": [[0, 0, 1]] * 4}
+    simulation = Simulation(in_a_cylinder(poses), "cpu")
+    for _ in simulation.advance():
+        pass
+    z = simulation.ensembles["cells"].position[..., 2]
+    assert 1.45 < z.max() < 1.53
+
+
+def test_swimmers_are_placed_in_a_cylinder_and_counted_beyond_its_caps():
+    simulation = Simulation(in_a_cylinder("random"), "cpu")
+    x = simulation.ensembles["cells"].position
+    assert (np.abs(x[..., 2]) <= 1.5).all() and (np.hypot(x[..., 0], x[..., 1]) <= 0.7).all()
+    poses = {"position": [[0, 0, z] for z in (-0.8, 0.0, 1.2, 1.4)], "direction": [[0, 0, 1]] * 4}
+    assert "cells: 2 rods start beyond a wall" in Simulation(in_a_cylinder(poses), "cpu").warnings[0]
+
+
+def test_caps_are_where_an_open_container_passes_through_its_box():
+    inf = np.inf
+    tube = surfaces.make("cylinder", {"radius": 1.0, "length": 4.0})
+    np.testing.assert_array_equal(caps_of(tube, False), [[-inf, -inf, -2], [inf, inf, 2]])
+    assert not np.isfinite(caps_of(tube, True)).any()
+    assert not np.isfinite(caps_of(surfaces.make("plane", {}), False)).any()
+    half = surfaces.make("expression", {"phi": "x**2 + y**2 - 1 - z", "box": [[-3, 3], [-3, 3], [-2, 1]]})
+    np.testing.assert_array_equal(caps_of(half, False), [[-inf] * 3, [inf, inf, 1]])
+
+
+def test_the_force_of_caps_is_minus_the_gradient_of_their_energy(device):
+    tube = surfaces.make("cylinder", {"radius": 1.0, "length": 1.0})
+    line = np.stack([0.3 * np.ones(9), np.zeros(9), np.linspace(0.3, 0.7, 9)], axis=-1)
+    held = Held(Rods(line[None], np.array([0.4])), device)
+    walls = Walls([held], tube, STRENGTH, RANGE, device=device)
+    walls.add_forces()
+    depth = np.maximum(line[:, 2] - 0.5 + RANGE, 0.0)
+    np.testing.assert_allclose(held.force[0], -STRENGTH * depth[:, None] * [0, 0, 1], atol=1e-12 * STRENGTH)
+    weights = np.full(9, 0.05) * ([0.5] + [1.0] * 7 + [0.5])
+    assert walls.energies()[0][0] == pytest.approx(0.5 * STRENGTH * (weights * depth**2).sum(), rel=1e-12)
+
+
+def test_a_body_from_a_file_has_no_mirror_images(tmp_path):
+    """Outside its box the spline of a grid is continued by reflection, but there is one body only."""
+    x = np.linspace(-1.5, 1.5, 31)
+    np.save(tmp_path / "ball.npy", np.sqrt(sum(a**2 for a in np.meshgrid(x, x, x, indexing="ij"))) - 1)
+    ball = surfaces.make("grid", {"file": str(tmp_path / "ball.npy"), "spacing": 0.1})
+    far = np.stack([np.linspace(1.6, 8.0, 2000), np.zeros(2000), np.zeros(2000)], axis=-1)
+    image = far[np.argmin(ball.phi(far))]
+    along = np.linspace(-0.2, 0.2, 9)[:, None] * [0, 0, 1]
+    held = Held(Rods((image + along)[None], np.array([0.4])), "cpu")
+    walls = Walls([held], ball, STRENGTH, RANGE, outside=True, device="cpu")
+    walls.add_forces()
+    assert not held.force.any() and not walls.energies()[0].any()
+    held.place((np.array([0.9, 0, 0]) + along)[None])
+    walls.add_forces()
+    assert held.force[0, 4, 0] == pytest.approx(STRENGTH * (0.1 + RANGE), rel=0.02)

@@ -84,6 +84,7 @@ def test_written_kernels_compile_to_ptx(module, tmp_path):
     check_every_kernel(module, tmp_path)
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.parametrize("name", MADE)
 def test_made_kernels_compile_to_ptx(name, tmp_path):

@@ -180,6 +180,7 @@ def test_a_scene_names_faults_of_the_formula_with_others_and_converts_to_text():
 needs_compiler = pytest.mark.skipif(80 not in wp.get_cuda_supported_archs(), reason="no CUDA code generation here")
 
 
+@pytest.mark.long
 @needs_compiler
 def test_compiles_to_ptx(tmp_path):
     kernels = vars(bound_frames.on_surface(field("x**2 + sin(R*y)**2 + z**2/R - 1", ("R",))))

@@ -18,6 +18,7 @@ from warp_rods.membranes.field_source import field_source
 from warp_rods.membranes.symbolic import expression
 
 
+@pytest.mark.long
 def test_the_source_is_the_same_in_every_process():
     """Otherwise compiled kernels would not be found again, and runs would not have equal bits."""
     text = "sin(k*x)*cos(y) + x*y*z/(1 + x**2) + a*sqrt(x**2 + y**2 + 1)**3 - exp(-z*x)"

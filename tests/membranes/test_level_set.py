@@ -16,7 +16,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.surface.spline import spline
 from warp_rods.membranes import surfaces
-from warp_rods.membranes.spline import PAD
+from warp_rods.membranes.fit import PAD
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.scene.scene import Scene
 
@@ -105,6 +105,7 @@ def moved(surface: surfaces.Surface, device: str) -> np.ndarray:
     return rods.position
 
 
+@pytest.mark.long
 def test_filaments_move_as_on_the_built_in_sphere_to_second_order(tmp_path, device):
     exact = moved(surfaces.make("sphere", {"radius": 1.0}), device)
     error, spacing = [], []
@@ -209,7 +210,7 @@ WRONG = [
     ("above.npy", {"origin": 1.0}, ["surface.origin = 1.0: must be three numbers"]),
     ("above.npy", {"size": 1.0}, ["surface.size", "file, spacing, origin"]),
     ("absent.npy", {}, ["there is no file", "absent.npy"]),
-    ("shape.tif", {}, ["surface.file", ".npy, .obj, .stl, .ply"]),
+    ("shape.czi", {}, ["surface.file", ".npy, .obj, .stl, .ply"]),
 ]
 
 
@@ -227,6 +228,7 @@ def test_a_file_that_defines_no_membrane_is_refused_with_the_reason(name, change
         assert word in str(caught.value)
 
 
+@pytest.mark.long
 def test_compiles_to_ptx(tmp_path):
     if 80 not in wp.get_cuda_supported_archs():
         pytest.skip("no CUDA code generation here")

@@ -13,7 +13,7 @@ from scipy.stats import kstest
 
 from warp_rods.contact import overlap
 from warp_rods.contact.overlap import without_overlap
-from warp_rods.contact.segments import Space
+from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes import surfaces
@@ -143,7 +143,7 @@ def on_a_sphere(count: int, clearance: float, others: np.ndarray, lines: Straigh
         q = placement.isotropic_directions(sphere, r, rng)
         return (r, q), lines(r, q)
 
-    return without_overlap(count, draw, clearance, Space([others.reshape(-1, 1, 3)], np.zeros(3)))
+    return without_overlap(count, draw, clearance, OccupiedSpace([others.reshape(-1, 1, 3)], np.zeros(3)))
 
 
 def test_filaments_keep_their_clearance_from_each_other_and_from_others():

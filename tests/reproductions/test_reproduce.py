@@ -26,6 +26,7 @@ def test_rows_compare_numbers_and_statements():
     assert Comparison("a", "about ten", 12.0, statement_holds=True).difference == "holds"
 
 
+@pytest.mark.long
 def test_every_file_is_written(tmp_path):
     console = Console(record=True, width=150)
     (outcome,) = reproduce.run(["stiffness"], quick=True, out=tmp_path, console=console)
@@ -77,6 +78,7 @@ def test_a_killed_process_becomes_an_outcome():
     assert outcome.name == "stiffness" and "killed" in outcome.error
 
 
+@pytest.mark.long
 def test_the_others_continue_when_one_fails(tmp_path, monkeypatch):
     """A spawned process does not see the patched table, so that the new name fails there."""
     monkeypatch.setitem(REPRODUCTIONS, "elsewhere", REPRODUCTIONS["stiffness"])

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from examples.free import in_space
 
+from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
 
 STEP = 1e-3
@@ -154,22 +156,142 @@ def test_a_step_above_the_bound_is_warned_of_once(make, caplog):
 
 def test_parameters_are_fixed(make):
     rods = make()
-    for name in rods.parameters(0):
+    arrays = [name for name in rods.parameters(0) if isinstance(getattr(rods, name), np.ndarray)]
+    assert len(arrays) > 3
+    for name in arrays:
         values = getattr(rods, name)
         assert len(values) == rods.count
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 1.0
+    for name in (*rods.parameters(0), "count", "device"):
         with pytest.raises(AttributeError, match=f"{name} is fixed"):
-            setattr(rods, name, values)
+            setattr(rods, name, getattr(rods, name))
+    with pytest.raises(AttributeError):
+        rods.nodes = 17
+
+
+def test_growth_and_ends_are_fixed(device):
+    rods = bound(device, growth={"rate": 1.0, "until": 3.0, "spacing": 0.1}, ends=("clamped", "free"))
+    for name in ("growth", "ends", "surface", "largest_spacing"):
+        with pytest.raises(AttributeError, match=f"{name} is fixed"):
+            setattr(rods, name, getattr(rods, name))
+    with pytest.raises(AttributeError):
+        rods.clamped = (False, False)
+    with pytest.raises(ValueError, match="read-only"):
+        rods.growth[1][0] = 2.0
+    assert rods.parameters(1)["ends"] == ("clamped", "free")
+    assert rods.parameters(1)["growth"]["length"] == [0.9, 3.0]
+
+
+def test_parameters_of_a_rod_that_is_not_there(make):
+    rods = make()
+    for wrong in (2, -1, "a", 0.0):
+        with pytest.raises(SceneError, match=f"rod = {wrong!r}: must be"):
+            rods.parameters(wrong)
+    with pytest.raises(SceneError, match=r"name = 'strane': must be one of .* \(did you mean strain\?\)"):
+        rods.reading("strane")
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int32, np.uint16, np.int64])
+def test_any_type_of_whole_number_is_taken(make, kind):
+    rods = make(nodes=kind(33))
+    rods.step(np.float32(STEP), kind(2))
+    rods.set_step(np.array(STEP))
+    assert rods.nodes == 33 and type(rods.nodes) is type(rods.count) is int
+    np.testing.assert_array_equal(FreeRods(kind(2), kind(17), bend=1e-3, twist=1e-3).position.shape, (2, 17, 3))
+
+
+@pytest.mark.parametrize(
+    ("steps", "said"),
+    [
+        (("x",), "dt = 'x': must be a number"),
+        ((None,), "dt = None: must be a number"),
+        (([1e-3],), r"dt = \[0.001\]: must be one number"),
+        ((0.0,), "dt = 0: must be positive"),
+        ((np.nan,), "dt = nan: must be positive and finite"),
+        ((True,), "dt = True: must be a number"),
+        ((STEP, 2.5), "steps = 2.5: must be a whole number, 0 or more"),
+        ((STEP, "2"), "steps = '2': must be a whole number, 0 or more"),
+        ((STEP, -1), "steps = -1: must be a whole number, 0 or more"),
+    ],
+)
+def test_impossible_steps_are_refused(make, steps, said):
+    rods = make()
+    before = rods.state()
+    with pytest.raises(SceneError, match=said):
+        rods.step(*steps)
+    if len(steps) == 1:
+        with pytest.raises(SceneError, match=said):
+            rods.set_step(*steps)
+    assert_same(rods.state(), before)
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        ("up", "force = 'up': must be a number"),
+        (None, "force = None: must be a number"),
+        ([np.nan, 0, 0], "force = nan: must be finite"),
+        ([1.0, 2.0], r"force: must be one vector, or .* \[rod, node, 3\]; has shape \(2,\)"),
+    ],
+)
+def test_impossible_forces_are_refused(make, force, said):
+    rods = make()
+    rods.force = FORCE
+    with pytest.raises(SceneError, match=said):
+        rods.force = force
+    assert (rods.force == FORCE).all()
+
+
+def test_a_state_that_does_not_fit_changes_nothing(make):
+    rods = make(nodes=33)
+    rods.step(STEP, 2)
+    before = rods.state()
+    some = next(iter(before))
+    for wrong, said in (
+        ({}, f"state: has no '{some}'; must be a state of {type(rods).__name__}"),
+        (None, "state = None: must be a mapping of arrays"),
+        ({name: before[name] for name in before if name != "clock"}, "state: has no 'clock'"),
+        ({**before, "clock": before["clock"][:2]}, r"state\['clock'\]: has shape \(2,\); must be numbers of .*\(6,\)"),
+        ({**before, "status": before["status"][:1]}, r"state\['status'\]: has shape \(1,\); must be .* \(2,\)"),
+        (make(nodes=35).state(), rf"state\['{some}'\]: has shape \(2, 35.*must be numbers of shape \(2, 33"),
+        ({**before, "force": np.zeros((2, 35, 3))}, r"state\['force'\]: has shape .* \(2, 33, 3\)"),
+    ):
+        with pytest.raises(SceneError, match=said):
+            rods.restore(wrong)
+        assert_same(rods.state(), before)
+
+
+def test_a_state_of_another_kind_is_refused(device):
+    for rods, other in ((free(device), bound(device)), (bound(device), free(device))):
+        before = rods.state()
+        with pytest.raises(SceneError, match=f"must be a state of {type(rods).__name__}"):
+            rods.restore(other.state())
+        assert_same(rods.state(), before)
 
 
 def test_a_rod_that_fails_has_a_status_with_words(make):
     rods = make()
     force = np.zeros((rods.count, rods.nodes, 3))
     force[1, 8] = np.nan
-    rods.force = force
+    rods.force_array.assign(force)
     rods.step(STEP, 3)
     assert rods.status.tolist() == [Status.OK, Status.NOT_FINITE]
     [failure] = rods.failures()
     assert (failure.rod, failure.what) == (1, Status.NOT_FINITE.words)
     assert "1 of them frozen" in repr(rods)
+
+
+def test_readings_of_a_frozen_rod_are_those_of_its_last_shape(make):
+    """Those that contain velocities are NaN under a force that is not finite; the other rods are not affected."""
+    rods = make()
+    force = np.zeros((rods.count, rods.nodes, 3))
+    force[1, 8] = np.nan
+    rods.force_array.assign(force)
+    rods.step(STEP, 3)
+    for name in READINGS:
+        values = getattr(rods, name)
+        assert np.isfinite(values[0]).all()
+        assert np.isfinite(values[1]).all() == (name not in ("tension", "dissipation", "power")), name
+    rods.force = [0, 0, 0]
+    assert all(np.isfinite(getattr(rods, name)).all() for name in READINGS)

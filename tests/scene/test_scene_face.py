@@ -8,9 +8,9 @@ import pytest
 from examples.scene import DESIGN, small
 
 from warp_rods.membranes import surfaces
-from warp_rods.scene.filaments import Filaments
+from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 
 FORMULA = {"kind": "expression", "phi": "x**2 + y**2 + z**2 - R**2", "box": [[-2, 2]] * 3, "parameters": {"R": "1 + t"}}
 
@@ -25,7 +25,7 @@ def test_reading_a_scene_imports_nothing_for_building():
     assert not {"warp", "sympy", "scipy", "trimesh", "xarray", "zarr"} & set(loaded)
 
 
-@pytest.mark.parametrize("table", [Scene, Filaments, Swimmers])
+@pytest.mark.parametrize("table", [Scene, FilamentsTable, SwimmersTable])
 def test_help_is_one_screen_about_the_keys(table):
     text = pydoc.render_doc(table, renderer=pydoc.plaintext)
     assert len(text.splitlines()) < 60

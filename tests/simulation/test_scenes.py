@@ -18,7 +18,17 @@ def shortened(name: str, end: float, save_every: float) -> Scene:
     return scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "save_every": save_every})})
 
 
-@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda p: p.stem)
+LARGE = {"proteins", "proteins_negative", "swarm_2d", "swarm_periodic", "real_shape", "expression"}
+"""Shipped scenes of which even a few steps take long."""
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.long] if path.stem in LARGE else [])
+        for path in sorted(SCENES.glob("*.toml"))
+    ],
+)
 def test_scene_runs(path, tmp_path):
     run = runner.simulate(shortened(path.name, 0.02, 0.01), tmp_path / "run", device="cpu")
     assert not run.lost
@@ -77,6 +87,7 @@ def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, pass
     assert (data.steric_energy.max() > 5e-4) != passes
 
 
+@pytest.mark.long
 def test_cells_stay_in_their_container_and_slide_along_its_wall(tmp_path):
     data = runner.simulate(shortened("container.toml", 2.0, 0.1), tmp_path / "run", device="cpu").data["cells"]
     radius = np.linalg.norm(data["position"].to_numpy(), axis=-1)

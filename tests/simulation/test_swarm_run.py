@@ -53,6 +53,7 @@ def projected(data: xr.Dataset) -> xr.Dataset:
     return data.assign(position=data["position"] * np.array([1.0, 1.0, 0.0]))
 
 
+@pytest.mark.long
 def test_cells_of_a_dense_swarm_stay_in_the_film_and_do_not_cross():
     simulation, data = followed(film())
     assert int(crossings(data)["crossings"].sum()) == 0

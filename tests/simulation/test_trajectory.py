@@ -6,11 +6,13 @@ import subprocess
 import sys
 import time
 import warnings
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 import xarray as xr
 import zarr
+from examples.earlier_store import write_earlier
 
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.trajectory import (
@@ -95,28 +97,26 @@ def test_components_have_names(tmp_path):
     assert run["sensors"].strain.sel(strain_component="geodesic").equals(run["sensors"].strain[..., 2])
 
 
-def as_written_before(path) -> None:
-    """Turn a store into one of an earlier version: strains with the dimension ``axis``, and no labels."""
-    root = zarr.open_group(path / STORE)
-    for name, group in root.groups():
-        for dim in ("axis", "strain_component", "quaternion", "end"):
-            del group[dim]
-        metadata = path / STORE / name / "strain" / "zarr.json"
-        metadata.write_text(metadata.read_text().replace('"strain_component"', '"axis"'))
-
-
-def test_a_trajectory_of_an_earlier_version_opens_with_present_names(tmp_path):
-    """Lazily, with the same dimensions and labels; and an earlier run can be resumed."""
+@pytest.mark.parametrize("labels", [True, False])
+def test_a_trajectory_of_an_earlier_version_opens_with_present_names(tmp_path, labels):
+    """Lazily, with the same dimensions and labels; and an earlier run can be resumed, at any number of its frames."""
     write(tmp_path / "now", range(5)).close()
-    write(tmp_path / "earlier", range(4))
-    as_written_before(tmp_path / "earlier")
-    writer = TrajectoryWriter.resume(tmp_path / "earlier" / STORE)
-    writer.append(0.1 * 4, frame(4))
+    frames = [{name: {**values, "time": 0.1 * n} for name, values in frame(n).items()} for n in range(4)]
+    write_earlier(tmp_path / "earlier", GROUPS, ATTRIBUTES, frames, labels)
+    check_frames(open_run(tmp_path / "earlier"), 4)
+    writer = TrajectoryWriter.resume(tmp_path / "earlier" / STORE, 3)
+    check_frames(open_run(tmp_path / "earlier"), 3)
+    for number in (3, 4):
+        writer.append(0.1 * number, frame(number))
+    check_frames(open_run(tmp_path / "earlier"), 5)
     writer.close()
     now, earlier = open_run(tmp_path / "now"), open_run(tmp_path / "earlier")
     assert not earlier["cell"].strain.variable._in_memory
     for group in GROUPS:
         xr.testing.assert_identical(earlier[group].to_dataset(), now[group].to_dataset())
+    if labels:
+        plain = xr.open_datatree(tmp_path / "earlier" / STORE, engine="zarr")
+        assert plain["sensors"].to_dataset().equals(now["sensors"].to_dataset())
 
 
 def test_each_group_has_the_scene_as_an_attribute(tmp_path):
@@ -124,15 +124,52 @@ def test_each_group_has_the_scene_as_an_attribute(tmp_path):
     assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
 
 
-def test_xarray_opens_the_store_with_the_same_contents(tmp_path):
-    """Except for the scene, which is an attribute of the root only."""
-    write(tmp_path, range(5)).close()
+@pytest.mark.long
+@pytest.mark.parametrize("how", [{}, {"consolidated": True}, {"consolidated": False}], ids=str)
+@pytest.mark.parametrize("frames", [5, 150])
+def test_xarray_opens_the_store_with_the_same_contents(tmp_path, how, frames):
+    """Without a warning, as a whole or a group at a time; except for the scene, an attribute of the root only."""
+    write(tmp_path, range(frames)).close()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        direct = xr.open_datatree(tmp_path / STORE, engine="zarr", consolidated=False)
+        direct = xr.open_datatree(tmp_path / STORE, engine="zarr", **how)
+        alone = {name: xr.open_dataset(tmp_path / STORE, engine="zarr", group=name, **how) for name in GROUPS}
     for group in GROUPS:
         whole = direct[group].to_dataset().assign_attrs(scene=direct.attrs["scene"])
         xr.testing.assert_identical(whole, open_run(tmp_path)[group].to_dataset())
+        xr.testing.assert_identical(alone[group], direct[group].to_dataset())
+
+
+def test_xarray_opens_a_run_in_progress_up_to_its_last_complete_frame(tmp_path):
+    """Without a warning, at every frame, with the values of ``frame``."""
+    writer = write(tmp_path, [])
+    for number in range(12):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            check_frames(xr.open_datatree(tmp_path / STORE, engine="zarr"), number)
+        writer.append(0.1 * number, frame(number))
+
+
+LOOKS = 60
+
+
+@pytest.mark.long
+def test_many_looks_with_xarray_while_a_process_writes(tmp_path):
+    """Every look finds whole frames in all groups, and more of them as time goes on."""
+    with writing_process(tmp_path) as child:
+        seen = []
+        for _ in range(LOOKS):
+            plain = xr.open_datatree(tmp_path / STORE, engine="zarr")
+            counts = {plain[group].sizes["frame"] for group in GROUPS}
+            assert len(counts) == 1
+            seen += counts
+            last = seen[-1] - 1
+            for group in GROUPS:
+                for name in ("position", "energy", "status"):
+                    expected = frame(last)[group][name]
+                    np.testing.assert_array_equal(plain[group][name][-1], expected)
+        os.kill(child.pid, signal.SIGKILL)
+    assert seen == sorted(seen) and seen[-1] > seen[0]
 
 
 def test_reads_lazily_and_by_parts(tmp_path):
@@ -171,19 +208,25 @@ def test_resume_removes_later_frames_and_continues(tmp_path, kept):
 
 @pytest.mark.parametrize("stopped_at", ["position", "energy", "time"])
 def test_an_incomplete_frame_is_ignored_and_overwritten(tmp_path, stopped_at):
-    """A store whose frame 2 was only partly written, arrays of different lengths included."""
+    """A store whose frame 2 was only partly written: a part of a frame in a shard, or a chunk that holds it already."""
     write(tmp_path, range(2))
-    incomplete = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
-    incomplete.resize((200, *incomplete.shape[1:]))
-    incomplete[2] = 99
+    if stopped_at == "position":
+        [file] = (tmp_path / STORE / "sensors" / stopped_at).glob("c*")
+        with file.open("ab") as shard:
+            shard.write(b"c" * 40)
+    else:
+        incomplete = zarr.open_group(tmp_path / STORE)["sensors"][stopped_at]
+        incomplete.resize((200, *incomplete.shape[1:]))
+        incomplete[2] = 99
     check_frames(open_run(tmp_path), 2)
     writer = TrajectoryWriter.resume(tmp_path / STORE)
     writer.append(0.1 * 2, frame(2))
     check_frames(open_run(tmp_path), 3)
 
 
-def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
-    """Killed with SIGKILL at several times while it writes without a pause."""
+@contextmanager
+def writing_process(folder):
+    """A process that writes frames without a pause, with the first one written."""
     code = (
         "import itertools, sys; sys.path.insert(0, sys.argv[1])\n"
         "from pathlib import Path; from test_trajectory import frame, write\n"
@@ -191,16 +234,26 @@ def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
         "print('first frame', flush=True)\n"
         "for n in itertools.count(1): writer.append(0.1 * n, frame(n))"
     )
+    here = os.path.dirname(__file__)
+    command = [sys.executable, "-c", code, here, str(folder)]
+    paths = os.pathsep.join([os.path.dirname(here), os.environ.get("PYTHONPATH", "")])
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}) as child:
+        assert child.stdout.readline() == "first frame\n"
+        yield child
+
+
+@pytest.mark.long
+def test_a_killed_run_is_read_up_to_its_last_complete_frame(tmp_path):
+    """Killed with SIGKILL at several times while it writes without a pause."""
     for attempt, pause in enumerate((0.0, 0.05, 0.11)):
         folder = tmp_path / str(attempt)
-        command = [sys.executable, "-c", code, os.path.dirname(__file__), str(folder)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
-            assert child.stdout.readline() == "first frame\n"
+        with writing_process(folder) as child:
             time.sleep(pause)
             os.kill(child.pid, signal.SIGKILL)
         complete = open_run(folder)["cell"].sizes["frame"]
         assert complete >= 1
         check_frames(open_run(folder), complete)
+        check_frames(xr.open_datatree(folder / STORE, engine="zarr"), complete)
         writer = TrajectoryWriter.resume(folder / STORE)
         assert writer.frames == complete
         writer.append(0.1 * complete, frame(complete))

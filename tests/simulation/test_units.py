@@ -83,6 +83,7 @@ def frames(kind: str, unit: tuple[float, float, float], moving: bool) -> list[di
 CASES = [(kind, moving) for kind in SURFACES for moving in (False, True) if not (moving and kind == "plane")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "moving"), CASES)
 def test_the_same_physics_in_other_units_gives_the_same_numbers(kind, moving):
     expected = frames(kind, (1.0, 1.0, 1.0), moving)

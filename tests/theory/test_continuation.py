@@ -23,6 +23,7 @@ def limit(values):
     return (4 * values[1] - values[0]) / 3
 
 
+@pytest.mark.long
 def test_the_u_ends_in_a_fold():
     """At 8.876e-3 (independent solver), second order in Δs. After the fold the branch is unstable and turns back."""
     branches = [follow(u_swimmer(nodes, 8e-3), "bend", 7.9e-3, 1e-2) for nodes in (33, 65, 129)]
@@ -99,6 +100,7 @@ def test_a_straight_rod_buckles_where_linear_theory_predicts():
         assert slope([32, 64], errors[:, mode]) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.long
 def test_a_rotating_shape_is_followed_to_its_mirror_image():
     """From M through 0, where the shape is planar, to −M, where it rotates in the opposite sense."""
     s = np.linspace(-0.5, 0.5, 65)

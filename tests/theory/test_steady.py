@@ -6,7 +6,7 @@ from examples.free import in_space, slope
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.modes import coefficients
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.theory.steady import FixedShape, Swimmer, at_rest, settled, start
 from warp_rods.theory.steady_equations import Equations
 from warp_rods.theory.twisted_stability import growth_rates
@@ -127,7 +127,7 @@ def test_a_straight_twisted_rod_has_its_known_growth_rates():
 
 
 def test_a_swimmer_from_a_scene_has_the_parameters_of_its_rod():
-    table = Swimmers(
+    table = SwimmersTable(
         name="cells", count=2, nodes=65, bend=[1e-3, 2e-3], twist=1e-3, flagella={"diffusion": [1e-3, 2e-3]}
     )
     swimmer = Swimmer.of(table, 1)

@@ -39,7 +39,7 @@ def energy_per_length(data: xr.Dataset) -> xr.Dataset:
 
     dE/dL of the elastic and the steric energy, second order in the time between frames; NaN where a filament does not
     grow. A growing tip adds the energy per length at the tip. The difference to dE/dL is dissipated by drag, and is
-    large during buckling.
+    large during buckling. Raises ValueError where there is one frame.
     """
     need(data, "energy", "steric_energy", "length")
     energy, length = _rates(data.energy + data.steric_energy, data.time), _rates(data.length, data.time)
@@ -90,5 +90,7 @@ def _around(condition: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _rates(values: xr.DataArray, time: xr.DataArray) -> xr.DataArray:
+    if len(time) < 2:
+        raise ValueError("a rate of change needs two frames or more; there is one")
     values = values.transpose("frame", "rod")
     return values.copy(data=np.gradient(values.values, time.values, axis=0))

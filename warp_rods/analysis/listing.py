@@ -14,6 +14,8 @@ from typing import Literal
 
 import xarray as xr
 
+from warp_rods.analysis.conditions import Condition
+
 MEMBRANE = "membrane"
 """Listed among the needs of a measure that takes the membrane as its second argument."""
 Kind = Literal["rods", "swimmers", "filaments", "swarm"]
@@ -33,13 +35,15 @@ class Measure:
     """A measure: ``function(dataset, **options)``, or ``function(dataset, surface, **options)``.
 
     ``of``: a key of ``KINDS``. ``units``: of the values, or of the first variable where ``function`` returns a Dataset.
-    ``needs``: variables of the trajectory, and ``MEMBRANE``.
+    ``needs``: variables of the trajectory, and ``MEMBRANE``. ``conditions``: what else data need, with the default
+    options; ``measures(data)`` lists the measure where all hold.
     """
 
     function: Callable[..., xr.DataArray | xr.Dataset]
     of: Kind
     units: str
     needs: tuple[str, ...]
+    conditions: tuple[Condition, ...] = ()
 
     @property
     def description(self) -> str:
@@ -59,7 +63,7 @@ class Measure:
 
     def cells(self) -> tuple[str, str, str]:
         """The cells of its row in the printed table: units, description, needs."""
-        return self.units, self.description, ", ".join(self.needs)
+        return self.units, self.description, ", ".join([*self.needs, *(one.words for one in self.conditions)])
 
 
 class Measures(dict[str, Measure]):

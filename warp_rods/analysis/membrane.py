@@ -7,6 +7,7 @@ import tomllib
 import xarray as xr
 
 from warp_rods.errors import RunFolderError
+from warp_rods.membranes.motion import is_moving
 from warp_rods.membranes.surfaces import Surface, make
 from warp_rods.scene.scene import Scene
 
@@ -27,3 +28,9 @@ def membrane_of(data: xr.DataTree | xr.Dataset) -> Surface:
 def has_membrane(data: xr.Dataset) -> bool:
     """Whether the scene of the data has a membrane."""
     return "surface" in tomllib.loads(data.attrs.get("scene", ""))
+
+
+def membrane_moves(data: xr.Dataset) -> bool:
+    """Whether the membrane in the scene of the data moves."""
+    table = tomllib.loads(data.attrs.get("scene", "")).get("surface", {})
+    return is_moving({key: value for key, value in table.items() if key != "kind"})

@@ -101,6 +101,11 @@ def _motion(window: xr.Dataset) -> Motion:
 def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
     """The frames after ``since``, without a last one at a shorter interval; ValueError for filaments or few frames."""
     need(dataset, "activity")
+    return dataset.isel(frame=late_frames(dataset, since))
+
+
+def late_frames(dataset: xr.Dataset, since: float | None) -> np.ndarray:
+    """The numbers of the frames after ``since``, by default in the later half; ValueError where there are too few."""
     time = dataset["time"].to_numpy()
     start = (time[0] + time[-1]) / 2 if since is None else since
     frames = np.flatnonzero(time >= start)
@@ -111,7 +116,7 @@ def _late(dataset: xr.Dataset, since: float | None) -> xr.Dataset:
         raise ValueError(
             f"needs {FEWEST} frames or more, equally spaced in time, after {start:g}; there are {len(frames)}"
         )
-    return dataset.isel(frame=frames)
+    return frames
 
 
 def _shapes(window: xr.Dataset) -> np.ndarray:

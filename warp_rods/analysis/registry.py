@@ -14,13 +14,23 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warp_rods import arguments
 from warp_rods.analysis import balance, crossings, curvature, kymograph, load, motion, motion_class, settling, shape
+from warp_rods.analysis.conditions import (
+    CENTRES_APART,
+    GROWTH,
+    LATE_FRAMES,
+    MIDDLES_APART,
+    WIDE_BOX,
+    even_frames,
+    frames,
+)
 from warp_rods.analysis.described import without_failed
 from warp_rods.analysis.listing import MEMBRANE, Measure, Measures
-from warp_rods.analysis.membrane import has_membrane, membrane_of
+from warp_rods.analysis.membrane import has_membrane, membrane_moves, membrane_of
 from warp_rods.analysis.swarm import motion as swarm_motion
 from warp_rods.analysis.swarm import order, shapes, space
-from warp_rods.analysis.swarm.data import swimmers_of, together
+from warp_rods.analysis.swarm.data import check_nodes, members_of, together
 from warp_rods.errors import nearest
 from warp_rods.membranes.surfaces import Surface
 
@@ -41,15 +51,17 @@ MEASURES = Measures(
         "twist_harmonics": Measure(shape.twist_harmonics, "rods", "1/length", ("strain",)),
         "total_twist": Measure(shape.total_twist, "rods", "1", ("strain",)),
         "writhe": Measure(shape.writhe, "rods", "1", ("position",)),
-        "speed": Measure(motion.speed, "rods", "length/time", ("position",)),
-        "instantaneous_speed": Measure(motion.instantaneous_speed, "rods", "length/time", ("position",)),
-        "energy_balance": Measure(balance.energy_balance, "rods", "1", ("energy", "dissipation")),
+        "speed": Measure(motion.speed, "rods", "length/time", ("position",), (frames(2),)),
+        "instantaneous_speed": Measure(motion.instantaneous_speed, "rods", "length/time", ("position",), (frames(3),)),
+        "energy_balance": Measure(balance.energy_balance, "rods", "1", ("energy", "dissipation"), (frames(3),)),
         "arc_length": Measure(balance.arc_length, "rods", "1", ("position", "strain")),
         "orthonormality": Measure(balance.orthonormality, "rods", "1", ("orientation",)),
         "bending_energy": Measure(balance.bending_energy, "swimmers", "force*length", _ENERGIES),
         "twist_energy": Measure(balance.twist_energy, "swimmers", "force*length", _ENERGIES),
-        "period": Measure(motion_class.period, "swimmers", "time", ("activity", "strain")),
-        "shape_class": Measure(motion_class.shape_class, "swimmers", "1", ("activity", "strain", "status")),
+        "period": Measure(motion_class.period, "swimmers", "time", ("activity", "strain"), (LATE_FRAMES,)),
+        "shape_class": Measure(
+            motion_class.shape_class, "swimmers", "1", ("activity", "strain", "status"), (LATE_FRAMES,)
+        ),
         "curvature_histogram": Measure(curvature.curvature_histogram, "filaments", "1", _GAUSS),
         "enrichment": Measure(curvature.enrichment, "filaments", "1", _GAUSS),
         "settling_time": Measure(settling.settling_time, "filaments", "time", ("position", "length", "status")),
@@ -58,22 +70,34 @@ MEASURES = Measures(
             kymograph.energy_terms, "filaments", "force", ("stiffness", "intrinsic", "strain", "length")
         ),
         "energy_per_length": Measure(
-            kymograph.energy_per_length, "filaments", "force", ("energy", "steric_energy", "length")
+            kymograph.energy_per_length,
+            "filaments",
+            "force",
+            ("energy", "steric_energy", "length"),
+            (frames(2), GROWTH),
         ),
         "dissipation_peaks": Measure(kymograph.dissipation_peaks, "filaments", "1", ("dissipation", "length")),
         "force_on_membrane": Measure(load.force_on_membrane, "filaments", "force", _FORCE),
         "torque_on_membrane": Measure(load.torque_on_membrane, "filaments", "force*length", _TORQUE),
         "polar_order": Measure(order.polar_order, "swarm", "1", ("position",)),
         "nematic_order": Measure(order.nematic_order, "swarm", "1", ("position",)),
-        "motion_order": Measure(order.motion_order, "swarm", "1", ("position",)),
-        "local_polar_order": Measure(order.local_polar_order, "swarm", "1", ("position",)),
-        "local_nematic_order": Measure(order.local_nematic_order, "swarm", "1", ("position",)),
-        "mean_speed": Measure(swarm_motion.mean_speed, "swarm", "length/time", ("position",)),
-        "speed_distribution": Measure(swarm_motion.speed_distribution, "swarm", "time/length", ("position",)),
-        "mean_square_displacement": Measure(swarm_motion.mean_square_displacement, "swarm", "length^2", ("position",)),
-        "displacement_exponent": Measure(swarm_motion.displacement_exponent, "swarm", "1", ("position",)),
-        "pair_correlation": Measure(space.pair_correlation, "swarm", "1", ("position",)),
-        "velocity_correlation": Measure(space.velocity_correlation, "swarm", "1", ("position",)),
+        "motion_order": Measure(order.motion_order, "swarm", "1", ("position",), (frames(2),)),
+        "local_polar_order": Measure(order.local_polar_order, "swarm", "1", ("position",), (WIDE_BOX,)),
+        "local_nematic_order": Measure(order.local_nematic_order, "swarm", "1", ("position",), (WIDE_BOX,)),
+        "mean_speed": Measure(swarm_motion.mean_speed, "swarm", "length/time", ("position",), (frames(2),)),
+        "speed_distribution": Measure(
+            swarm_motion.speed_distribution, "swarm", "time/length", ("position",), (frames(2),)
+        ),
+        "mean_square_displacement": Measure(
+            swarm_motion.mean_square_displacement, "swarm", "length^2", ("position",), (even_frames(3),)
+        ),
+        "displacement_exponent": Measure(
+            swarm_motion.displacement_exponent, "swarm", "1", ("position",), (even_frames(5),)
+        ),
+        "pair_correlation": Measure(space.pair_correlation, "swarm", "1", ("position",), (MIDDLES_APART,)),
+        "velocity_correlation": Measure(
+            space.velocity_correlation, "swarm", "1", ("position",), (frames(2), CENTRES_APART)
+        ),
         "density_map": Measure(space.density_map, "swarm", "1/length^d", ("position",)),
         "shape_shares": Measure(shapes.shape_shares, "swarm", "1", ("activity", "strain", "position")),
         "crossings": Measure(crossings.crossings_per_frame, "swarm", "1", ("position",)),
@@ -89,16 +113,17 @@ def measures(data: xr.Dataset | xr.DataTree | None = None) -> Measures:
     """
     if data is None:
         return Measures(MEASURES)
-    return Measures({name: row for name, row in MEASURES.items() if not _obstacle(name, row, data)})
+    _check_data(data)
+    return Measures({name: row for name, row in MEASURES.items() if _is_possible(name, row, data)})
 
 
 def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.Dataset:
     """The measures with these names in one Dataset; ``measures()`` lists them.
 
     ``data``: one ensemble, ``open_run(folder)[name]``, or a whole run. Measures of swarms combine all swimmers of a
-    run; the others take one ensemble. An option goes to every measure in the call that accepts it. Measures that need
-    the membrane take it from the scene of the run; ``surface=`` replaces it, for example by ``surface.at(t)`` of a
-    moving one.
+    run, or all filaments where it has none; the others take one ensemble. An option goes to every measure in the call
+    that accepts it. Measures that need the membrane take it from the scene of the run; ``surface=`` replaces it, for
+    example by ``surface.at(t)`` of a moving one.
 
     Rods that have failed by the last frame of the data are left out of every measure: NaN (or "failed") in those of
     single rods. The attribute ``left_out`` names them, and so does a warning of the logger ``warp_rods``. Select
@@ -116,6 +141,7 @@ def take(
     """The measures with these names in a table, as ``measure`` computes them."""
     if not names:
         raise ValueError("no measure is named: measures(data) lists those for these data")
+    _check_data(data)
     rows = {name: named(table, name) for name in names}
     _check_options(rows, options)
     for name, row in rows.items():
@@ -127,7 +153,7 @@ def take(
 
 def named(table: Mapping[str, Measure], name: str) -> Measure:
     """The row with this name; raises ValueError with the nearest and all known names where it is unknown."""
-    if name not in table:
+    if not isinstance(name, str) or name not in table:
         raise ValueError(f"no measure called {name}{nearest(name, table)}: there are {', '.join(table)}")
     return table[name]
 
@@ -139,12 +165,30 @@ def _check_options(rows: Mapping[str, Measure], options: Mapping[str, Any]) -> N
         if not any(option in own for own in accepted.values()):
             allowed = "; ".join(f"{name} takes {', '.join(own) or 'none'}" for name, own in accepted.items())
             raise ValueError(f"{option}: not an option of {', '.join(rows)}. Options: {allowed}")
+    if options.get("surface") is not None:
+        arguments.instance("surface", options["surface"], Surface, "a Surface, which surfaces.make(kind, …) returns")
+
+
+def _check_data(data: Any) -> None:
+    """Raises ValueError for data that are not those of a run."""
+    if not isinstance(data, (xr.Dataset, xr.DataTree)):
+        raise ValueError(f"data: {type(data).__name__}; give one ensemble or a run as open_run reads it")
+
+
+def _is_possible(name: str, row: Measure, data: xr.Dataset | xr.DataTree) -> bool:
+    """Whether a measure can be computed from these data with its default options."""
+    if _obstacle(name, row, data):
+        return False
+    group, *others = _groups(row, data)
+    if not group.sizes.get("frame", 1) or (row.needs_membrane and membrane_moves(group)):
+        return False
+    ends = data.isel(frame=[0, -1], missing_dims="ignore")
+    ends = together(ends) if others else _groups(row, ends)[0]  # type: ignore[arg-type]
+    return all(condition.holds(ends if condition.of_ends else group) for condition in row.conditions)
 
 
 def _obstacle(name: str, row: Measure, data: Any, surface: Surface | None = None) -> str:
     """Why a measure cannot be computed from these data; empty where it can."""
-    if not isinstance(data, (xr.Dataset, xr.DataTree)):
-        return f"data: {type(data).__name__}; give one ensemble or a run as open_run reads it"
     try:
         groups = _groups(row, data)
     except ValueError as error:
@@ -166,7 +210,9 @@ def _groups(row: Measure, data: xr.Dataset | xr.DataTree) -> list[xr.Dataset]:
     if len(data.children) < 2:
         return [next(iter(data.children.values()), data).to_dataset()]
     if row.of == "swarm":
-        return [data[name].to_dataset() for name in swimmers_of(data)]
+        members = {name: data[name].to_dataset() for name in members_of(data)}
+        check_nodes(members)
+        return list(members.values())
     first, *others = data.children
     raise ValueError(f"a measure of one ensemble: give run[{first!r}] or another of {', '.join(others)}")
 

@@ -27,7 +27,8 @@ def _cells(d: xr.Dataset) -> tuple[str, str, str]:
     """Mean energy, ⟨𝒦⟩ or mean speed, and residuals."""
     first, last = d.isel(frame=0), d.isel(frame=-1)
     gauss = _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d)
-    return _change(float(first.energy.mean()), float(last.energy.mean())), gauss, _residual(d)
+    energy = _change(float(first.energy.mean()), float(last.energy.mean())) if "energy" in d else "–"
+    return energy, gauss, _residual(d)
 
 
 def _change(first: float, last: float) -> str:
@@ -43,7 +44,6 @@ def _speed(d: xr.Dataset) -> str:
 
 
 def _residual(d: xr.Dataset) -> str:
-    if "constraint" not in d:
-        return "–"
-    worst = {"|φ|/|∇φ|": d.constraint, "|q·n|": d.orthogonality, "Δs": d.arc_length}
-    return ", ".join(f"{label} {float(values.max()):.1e}" for label, values in worst.items())
+    names = {"|φ|/|∇φ|": "constraint", "|q·n|": "orthogonality", "Δs": "arc_length"}
+    worst = {label: d[name] for label, name in names.items() if name in d}
+    return ", ".join(f"{label} {float(values.max()):.1e}" for label, values in worst.items()) or "–"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
 
 from warp_rods.contact.overlap import pushed_apart, without_overlap
-from warp_rods.contact.segments import Space
+from warp_rods.contact.segments import OccupiedSpace
+from warp_rods.contact.walls import NO_CAPS, caps_of
 from warp_rods.errors import SceneError
 from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
@@ -41,6 +42,8 @@ class Region:
     """Whether swimmers lie in planes of constant z, as in a slab."""
     container: Surface | None = None
     clearance: float = 0.0
+    caps: np.ndarray = field(default_factory=NO_CAPS.copy)
+    """Corners [2, 3] of the box whose finite faces close an open container."""
 
     @classmethod
     def of(cls, scene: Scene, container: Surface | None, clearance: float) -> Region:
@@ -48,9 +51,10 @@ class Region:
         box, period = scene.box, np.array(scene.period)
         assert box is not None  # a scene that arranges swimmers without a box is refused
         if container:
-            if box.side == "outside" or not container.closed:
+            caps = caps_of(container, box.side == "outside")
+            if box.side == "outside" or not (container.closed or np.isfinite(caps).any()):
                 raise SceneError("placement: this container has no bounds: give position and direction of each rod")
-            return cls(*container.box, container=container, clearance=clearance)
+            return cls(*container.box, container=container, clearance=clearance, caps=caps)
         if box.kind == "slab":
             if not period[:2].all():
                 raise SceneError("placement: the slab has no bounds: give box.size or box.fraction")
@@ -82,7 +86,9 @@ class Region:
         if self.container is None:
             return np.ones(len(lines), dtype=bool)
         gradient = np.linalg.norm(self.container.gradient(lines), axis=-1)
-        return (self.container.phi(lines) < -self.clearance * gradient).all(axis=1)
+        inside = self.container.phi(lines) < -self.clearance * gradient
+        low, high = self.caps + self.clearance * np.array([[1.0], [-1.0]])
+        return (inside & (lines >= low).all(axis=-1) & (lines <= high).all(axis=-1)).all(axis=1)
 
     def isotropic(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Random frames [count, 3, 3]; frames of flat rods are rotated about z only."""
@@ -193,7 +199,7 @@ def _find_poses(
 
     if scene.steric is None:
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
-    space = Space(others, np.array(scene.period))
+    space = OccupiedSpace(others, np.array(scene.period))
     if arrangement != "random" or region.container:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
@@ -207,7 +213,7 @@ def _find_poses(
 
     for _ in range(MOST_ATTEMPTS):
         drawn = without_overlap(
-            len(shapes), draw_compressed, close, Space([part * compression for part in others], space.period)
+            len(shapes), draw_compressed, close, OccupiedSpace([part * compression for part in others], space.period)
         )
         position, rotation = drawn.poses
         heights = (float(region.low[2]), float(region.high[2])) if region.flat else None
@@ -233,7 +239,9 @@ def count_outside(scene: Scene, container: Surface | None, lines: np.ndarray) ->
         out = np.abs(lines[..., 2]) > box.height / 2
     else:
         phi = container.phi(lines)
+        low, high = caps_of(container, box.side == "outside")
         out = phi < 0 if box.side == "outside" else phi > 0
+        out |= ((lines < low) | (lines > high)).any(axis=-1)
     return int(out.any(axis=1).sum())
 
 

@@ -214,7 +214,7 @@ class Neighbours:
 def _grid(period: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of cells [3], and cells per length [3]; no cell is narrower than ``width``."""
     cells = np.where(period > 0, np.clip(period // width, 1, MOST_CELLS), CELLS).astype(int)
-    while cells.prod() > MOST_CELLS:  # wider cells also find every pair
+    while cells.astype(float).prod() > MOST_CELLS:  # wider cells also find every pair
         cells[np.argmax(cells)] //= 2
     return cells, np.where(period > 0, cells / np.where(period > 0, period, 1), 1 / width)
 

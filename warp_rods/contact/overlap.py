@@ -11,13 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from warp_rods.contact.segments import Close, Segments, Space
+from warp_rods.contact.segments import Close, OccupiedSpace, Segments
 from warp_rods.errors import SceneError
 
 MOST_ROUNDS = 200
 """Rounds of drawing overlapping rods again."""
 DRAWS = 1000
 """Smallest number of draws in a round after the first, if there are as many rods."""
+FIRST_ROUNDS = 10
+"""Rounds after which it is estimated whether the rods will fit."""
+OPTIMISM = 1.5
+"""Factor by which more rods than estimated may find a place before it is given up."""
 MOST_PUSHES = 250
 """Rounds of pushing overlapping rods apart."""
 TARGET = 1.01
@@ -45,7 +49,7 @@ class Found(NamedTuple):
         )
 
 
-def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> Found:
+def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpace) -> Found:
     """Poses of ``count`` rods with ``clearance`` between them and to other rods, by drawing overlapping rods again.
 
     The clearance is that of centre lines.
@@ -55,6 +59,7 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
     """
     placed, left, rejected = list(space.others), np.arange(count), 0
     kept: Poses = ()
+    done: list[int] = []
     for attempt in range(MOST_ROUNDS):
         # The last rods are the hardest to place: several draws are made for each of them at once.
         drawn = np.resize(left, max(len(left), min(count, DRAWS) if attempt else 0))
@@ -69,12 +74,25 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: Space) -> F
         left = np.setdiff1d(left, drawn[good])
         if not len(left):
             return Found(kept, rejected, clearance)
+        done.append(count - len(left))
+        if attempt >= FIRST_ROUNDS and len(left) > OPTIMISM * _still_to_come(done):
+            break
     raise SceneError(
         f"count = {count}: after {rejected} draws only {count - len(left)} fit {clearance:g} apart; place fewer"
     )
 
 
-def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: Space) -> np.ndarray:
+def _still_to_come(done: Sequence[int]) -> float:
+    """An estimate of how many more rods find a place in the rounds left, from those placed after each round so far.
+
+    Random placement jams: the rate of success falls at least as fast as the number of rounds, so that each doubling of
+    the rounds places no more rods than the last one.
+    """
+    doubling = done[-1] - done[len(done) // 2 - 1] + 1
+    return doubling * float(np.log2(MOST_ROUNDS / len(done)))
+
+
+def _fitting(lines: np.ndarray, placed: Sequence[np.ndarray], clearance: float, space: OccupiedSpace) -> np.ndarray:
     """Indices of the centre lines [rod, node, 3] that keep the clearance to ``placed`` lines and to earlier lines."""
     own, there = Segments.of([lines]), Segments.of(placed)
     good = np.ones(len(lines), dtype=bool)
@@ -92,7 +110,7 @@ def pushed_apart(
     rotation: np.ndarray,
     shapes: np.ndarray,
     clearance: float,
-    space: Space,
+    space: OccupiedSpace,
     heights: tuple[float, float] | None = None,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Positions [rod, 3] and rotations [rod, 3, 3] of rigid rods that keep the clearance, starting from given ones.
@@ -123,7 +141,7 @@ def pushed_apart(
     return None
 
 
-def _directions(segments: Segments, close: Close, space: Space) -> np.ndarray:
+def _directions(segments: Segments, close: Close, space: OccupiedSpace) -> np.ndarray:
     """Unit vectors [pair, 3] along which to separate close segments; along that of their middles if they intersect."""
     middle = segments.middle
     crossed = close.distance[:, None] < CROSSED * np.maximum(segments.longest, np.finfo(float).tiny)
@@ -162,5 +180,5 @@ def _rigid_motions(
 def overlapping(lines: Sequence[np.ndarray], clearance: float, period: np.ndarray) -> int:
     """The number of pairs of rods closer than the clearance; lines: [rod, node, 3] of each ensemble."""
     segments = Segments.of(lines)
-    close = Space((), period).close_within(segments, clearance)
+    close = OccupiedSpace((), period).close_within(segments, clearance)
     return len(np.unique(np.sort(segments.rod[np.stack([close.first, close.second], axis=1)], axis=1), axis=0))

@@ -58,7 +58,7 @@ class Close(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Space:
+class OccupiedSpace:
     """Centre lines ``others`` [rod, node, 3] of other rods, in a box of periods [3], 0 along an axis without one."""
 
     others: Sequence[np.ndarray]

@@ -29,6 +29,9 @@ class Surroundings:
         # Steric forces overwrite the force of an ensemble; without them it must be set to zero before walls add to it.
         alone = self._walls is not None and self.neighbours is None
         self._forces_to_zero = [self._ensembles[name].force_array for name in self._swimmers] if alone else []
+        # A force set by the user would be overwritten silently.
+        for name in self._ensembles if self.neighbours else self._swimmers if self._walls else ():
+            self._ensembles[name].reserve_force("contact ([steric] or a wall of the box)")
 
     def _make_neighbours(self) -> Neighbours | None:
         steric = self._scene.steric

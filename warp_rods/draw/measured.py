@@ -9,12 +9,15 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from warp_rods.analysis.registry import MEASURES, measure, named
 from warp_rods.draw import correlations, distributions, maps, over_time, plots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["PLOTS", "plot"]
 
@@ -59,7 +62,7 @@ PLOTS: dict[str, Callable[..., None]] = {
 """Plot function of each measure. ``over_time.curve`` draws any measure over (frame) or (frame, rod)."""
 
 
-def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Any:
+def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Figure:
     """The figure of one measure; saved as ``path``.png and ``path``.svg where a path is given.
 
     ``data``: the result of ``measure``, or data that ``measure`` takes. Options go to the plot function or to the

@@ -11,10 +11,14 @@ Figures are Matplotlib figures made without pyplot: no window, no global list of
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from warp_rods.draw.style import COLOUR_MAP, COLUMN, OKABE_ITO, PAGE, RESOLUTION, STYLE, style
 from warp_rods.draw.tubes import scale_bar, tubes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = [
     "COLOUR_MAP",
@@ -32,7 +36,7 @@ __all__ = [
 ]
 
 
-def figure(width: float = COLUMN, height: float = 60.0) -> Any:
+def figure(width: float = COLUMN, height: float = 60.0) -> Figure:
     """An empty ``matplotlib.figure.Figure`` of this size in mm; draw on it within ``style()``."""
     from warp_rods.draw.figure import StyledFigure
 
@@ -40,7 +44,7 @@ def figure(width: float = COLUMN, height: float = 60.0) -> Any:
         return StyledFigure(figsize=(width / 25.4, height / 25.4), layout="constrained")
 
 
-def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
+def save(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
     """Write ``stem``.png and ``stem``.svg, creating the folder; returns both paths. Equal figures give equal bytes."""
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
@@ -50,6 +54,6 @@ def save(figure: Any, stem: str | Path) -> tuple[Path, Path]:
     return png, svg
 
 
-def panel_title(axes: Any, text: str) -> None:
+def panel_title(axes: Axes, text: str) -> None:
     """The title of a panel, above its upper left corner."""
     axes.set_title(text, loc="left", fontweight="bold")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -12,6 +12,9 @@ from warp_rods.analysis.registry import MEASURES as ALL
 from warp_rods.analysis.registry import Measures, named, take
 from warp_rods.analysis.swarm.data import together
 from warp_rods.draw import measured
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["MEASURES", "PLOTS", "measure", "plot", "together"]
 
@@ -27,7 +30,7 @@ def measure(data: xr.Dataset | xr.DataTree, *names: str, **options: Any) -> xr.D
     return take(_ROWS, data, names, options)
 
 
-def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Any:
+def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Figure:
     """The figure of one measure of a swarm, as ``warp_rods.plot`` draws it."""
     named(_ROWS, name)
     return measured.plot(data, name, path, **options)

@@ -8,7 +8,10 @@ motion                               surfaces that change with time
 inspection                           checks that a φ given by the user defines a surface for rods
 mesh, sampling                       triangulation of a surface; random points on it
 symbolic, field_source               from a formula to a compiled field
-files, distance, spline              from a file to a field
+images, mesh_file, files             read stacks and meshes
+voxels, triangles, bodies            from voxels to triangles; their shape; their bodies
+distance, fit, comparison, data      from triangles to a smooth field, and what that changed
+kept                                 the field of a file as a run keeps it in its folder
 level_set                            the common representation of all kinds
 """
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from warp_rods.membranes.files import ARRAYS, MESHES, FileError, read_array, read_mesh
+from warp_rods.membranes.files import ARRAYS, IMAGES, KEPT, MESHES, FileError
+from warp_rods.membranes.images import Header, ending, read_header
 from warp_rods.membranes.level_set import Fault, LevelSet, Values
-from warp_rods.values import Positive, must_be, numbers
+from warp_rods.values import Positive, must_be, numbers, shown
 
 __all__ = ["Grid"]
 
-CELLS = 64
-"""Grid spacings along the longest side of a mesh, where no spacing is given."""
+AXES = ("xyz", "zyx")
 
 Triple = tuple[float, float, float]
 
@@ -20,39 +20,57 @@ Triple = tuple[float, float, float]
 class Grid:
     """φ from a file, as a C² spline on a grid."""
 
-    keys = ("file", "spacing", "origin")
+    keys = ("file", "spacing", "origin", "axes", "label")
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
         """The values with defaults filled in, and their faults.
 
-        The file is read only where a default needs it: the size of a mesh, or the shape of an array.
+        Of the file only the header is read, for the voxel size and the shape of a stack. The spacing of a mesh, where
+        none is given, is chosen when the surface is made.
         """
         faults: list[Fault] = []
         spacing = _spacing(raw.get("spacing"), faults)
         origin = _origin(raw.get("origin"), faults)
         path = _path(raw.get("file"), faults)
-        if path and path.suffix.lower() in ARRAYS and "spacing" not in raw:
+        is_mesh = path is not None and ending(path) in MESHES
+        order = _of_stacks("axes", raw.get("axes"), is_mesh, faults)
+        label = _of_stacks("label", raw.get("label"), is_mesh, faults)
+        if path and not is_mesh and ending(path) in ARRAYS and "spacing" not in raw:
             faults.append((("spacing",), ": missing; must be a positive number, or three: the distance between nodes"))
         if faults or path is None:
             return {}, faults
+        values: dict[str, Any] = {"file": str(path)}
+        if is_mesh or ending(path) == KEPT:
+            given = {"spacing": spacing, "axes": order, "label": label}
+            values |= {key: value for key, value in given.items() if value is not None}
+            return values | {"origin": origin or (0.0, 0.0, 0.0)}, []
         try:
-            spacing = spacing or _default_spacing(path)
-            origin = origin or _default_origin(path, spacing)
+            header = read_header(path, order)
         except (FileError, OSError) as error:
             return {}, [(("file",), f": {path} {error}")]
-        return {"file": str(path), "spacing": spacing, "origin": origin}, []
+        if (spacing := spacing or header.spacing) is None:
+            text = f": missing, and {path} has no voxel size; must be a positive number, or three (x, y, z)"
+            return {}, [(("spacing",), text)]
+        values |= {"spacing": spacing, "origin": origin or _default_origin(header, spacing)}
+        values |= {"axes": header.axes} if order or header.axes != "xyz" else {}
+        return values | ({} if label is None else {"label": label}), []
 
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values; raises FileError for a file that defines none."""
-        from warp_rods.membranes.spline import from_file
+        from warp_rods.membranes.data import from_file
+        from warp_rods.membranes.kept import kept_level_set
 
-        path = Path(values["file"])
-        return from_file(path, path.stat().st_mtime_ns, tuple(values["spacing"]), tuple(values["origin"]))
+        path, spacing = Path(values["file"]), values.get("spacing")
+        changed, origin = path.stat().st_mtime_ns, tuple(values["origin"])
+        spacing = None if spacing is None else tuple(spacing)
+        if ending(path) == KEPT:
+            return kept_level_set(path, changed, spacing, origin)
+        return from_file(path, changed, spacing, origin, values.get("axes"), values.get("label"))
 
 
 def _path(value: Any, faults: list[Fault]) -> Path | None:
-    suffixes = ARRAYS + MESHES
-    if not isinstance(value, str) or Path(value).suffix.lower() not in suffixes:
+    suffixes = ARRAYS + MESHES + IMAGES
+    if not isinstance(value, str) or ending(Path(value)) not in (*suffixes, KEPT):
         faults.append((("file",), must_be(f"the path of a file that ends in {', '.join(suffixes)}, in quotes", value)))
         return None
     if not Path(value).is_file():
@@ -86,13 +104,20 @@ def _origin(value: Any, faults: list[Fault]) -> Triple | None:
     return x, y, z
 
 
-def _default_spacing(path: Path) -> Triple:
-    return (float(read_mesh(path).extents.max()) / CELLS,) * 3
+def _of_stacks(key: str, value: Any, is_mesh: bool, faults: list[Fault]) -> Any:
+    """The value of ``axes`` or ``label``, or None; a mesh has neither."""
+    if value is None:
+        return None
+    if is_mesh:
+        faults.append(((key,), f" = {shown(value)}: is for stacks of voxels; leave it out for a mesh"))
+    elif key == "axes" and value not in AXES:
+        faults.append(((key,), must_be('"xyz" or "zyx", the order of the indices of the array', value)))
+    elif key == "label" and (type(value) is not int or value < 1):
+        faults.append(((key,), must_be("a whole number, 1 or more: the label of the voxels inside", value)))
+    return value
 
 
-def _default_origin(path: Path, spacing: Triple) -> Triple:
-    """For an array, such that its middle is at the origin; a mesh is not moved."""
-    if path.suffix.lower() in MESHES:
-        return 0.0, 0.0, 0.0
-    x, y, z = (-h * (n - 1) / 2 for h, n in zip(spacing, read_array(path).shape, strict=True))
+def _default_origin(header: Header, spacing: Triple) -> Triple:
+    """Such that the middle of the array is at the origin."""
+    x, y, z = (-h * (n - 1) / 2 for h, n in zip(spacing, header.shape, strict=True))
     return x, y, z

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warp_rods.membranes.kinks import kinks
 from warp_rods.membranes.surface import Surface
 
 __all__ = ["Inspection", "inspect"]
@@ -36,6 +37,9 @@ def inspect(surface: Surface) -> Inspection:
     largest = float(finite.max()) if len(finite) else 0.0
     faces = np.concatenate([np.take(phi, (0, -1), axis=axis).ravel() for axis in range(3)])
     closed = bool((faces > -1e-9 * largest).all())
+    if surface.data.bodies is not None:  # of a file: its surface is known, and may be too small for the samples
+        points = surface.data.bodies.triangles.points
+        return Inspection(closed, _roughness(surface, surface.project(_some(points)), largest))
     if np.isnan(phi).any():
         return Inspection(closed, [f": φ is not a number at {_point(x[np.isnan(phi)][0])}, in its box"])
     if (phi > 0).all() or (phi <= 0).all():
@@ -48,7 +52,8 @@ def inspect(surface: Surface) -> Inspection:
     if (faces <= 0).all():
         text = ": φ is negative all over the faces of its box: outward is where φ > 0, so write −φ, or widen the box"
         return Inspection(closed, [text])
-    return Inspection(closed, _roughness(surface, _crossings(surface, x, phi), largest))
+    points = _crossings(surface, x, phi)
+    return Inspection(closed, _roughness(surface, points, largest) or _kinks(surface, points))
 
 
 def _samples(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -67,13 +72,17 @@ def _crossings(surface: Surface, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
         a_out, b_out = (np.delete(np.moveaxis(phi, axis, 0), end, axis=0) > 0 for end in (-1, 0))
         ends += [(a[b_out & ~a_out], b[b_out & ~a_out]), (b[a_out & ~b_out], a[a_out & ~b_out])]
     inside, outside = (np.concatenate(points) for points in zip(*ends, strict=True))
-    stride = -(-len(inside) // MOST_POINTS)
-    inside, outside = inside[::stride], outside[::stride]
+    inside, outside = _some(inside), _some(outside)
     for _ in range(52):
         middle = (inside + outside) / 2
         positive = (surface.phi(middle) > 0)[:, None]
         inside, outside = np.where(positive, inside, middle), np.where(positive, middle, outside)
     return inside
+
+
+def _some(points: np.ndarray) -> np.ndarray:
+    """``MOST_POINTS`` of the points at most."""
+    return points[:: -(-len(points) // MOST_POINTS)]
 
 
 def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
@@ -91,6 +100,18 @@ def _roughness(surface: Surface, x: np.ndarray, largest: float) -> list[str]:
     phi, g, _ = surface.derivatives(found)
     on_surface = (np.abs(phi) < 1e-10 * largest) & (np.linalg.norm(g, axis=-1) * extent < FLAT * largest)
     return [_no_gradient(found[on_surface][0])] if on_surface.any() else []
+
+
+def _kinks(surface: Surface, points: np.ndarray) -> list[str]:
+    """A fault where the surface of a formula has a kink; ``points`` [n, 3] on it."""
+    if surface.kind != "expression" or not len(found := kinks(surface, points)):
+        return []
+    text = (
+        f": the surface has a kink, a tip or an edge at {_point(found[0])}, where its normal jumps: an argument of "
+        f"sqrt(), log(), tan(), atan2() or of a power vanishes there. Move it off the surface, or round it, such as "
+        f"sqrt(u**2 + w**2) for sqrt(u**2), with w several times the spacing of the nodes"
+    )
+    return [text]
 
 
 def _critical_points(surface: Surface, x: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = ["Box", "Fault", "Kind", "LevelSet", "MovingKind", "Values"]
+__all__ = ["Box", "Data", "Fault", "Kind", "LevelSet", "MovingKind", "Values"]
 
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [3]."""
@@ -16,6 +16,19 @@ Values = Mapping[str, Any]
 """The values of a table [surface] by their keys, without its kind."""
 Fault = tuple[tuple[str | int, ...], str]
 """The key path of a wrong value below the table [surface], and the text that follows it in a message."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """What became of the data of a file."""
+
+    notes: tuple[str, ...] = ()
+    """Lines for the user: what was mended, the membrane before and after it was smoothed, its bodies."""
+    warnings: tuple[str, ...] = ()
+    bodies: Any = None
+    """The ``Bodies`` of the membrane."""
+    metres: float | None = None
+    """One unit of length in metres, where the file says so."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +44,7 @@ class LevelSet:
     """Whether the surface is closed; None where this has to be found by sampling φ."""
     grid: np.ndarray | None = None
     """Spline coefficients [x, y, z] of a surface given on a grid."""
+    data: Data = Data()
 
 
 class Kind(Protocol):

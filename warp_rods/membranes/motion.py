@@ -15,7 +15,7 @@ from warp_rods.values import key_path
 
 __all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "rates_at", "values_at"]
 
-NOT_NUMBERS = ("kind", "phi", "file")
+NOT_NUMBERS = ("kind", "phi", "file", "axes")
 """Keys of a [surface] whose text is not a formula in t."""
 
 

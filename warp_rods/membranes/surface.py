@@ -9,15 +9,16 @@ import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive, start
+from warp_rods.documented import Documented
 from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
 from warp_rods.membranes import motion
-from warp_rods.membranes.level_set import Kind, LevelSet, MovingKind, Values
+from warp_rods.membranes.level_set import Box, Kind, LevelSet, MovingKind, Values
 from warp_rods.values import shown
 
-__all__ = ["Surface"]
+__all__ = ["Surface", "ends_of"]
 
 
-class Surface:
+class Surface(metaclass=Documented):
     """A surface: its field φ and its parameters. Takes and returns NumPy arrays; made by ``surfaces.make``.
 
     A surface with a formula in t among its values moves. Its methods then refer to t = 0; see ``at`` for other times.
@@ -31,13 +32,21 @@ class Surface:
         level_set = row.level_set(motion.values_at(values, 0.0))
         self.field = level_set.field
         """The Warp function x, p -> φ, ∇φ, ∇∇φ."""
+        self.rate = cast(MovingKind, row).rate(values) if self.moving else None
+        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a moving surface."""
         self.parameters = _numbers(level_set)
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
+        self.grid = level_set.grid
+        """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
         self.box = level_set.box
         """Lower and upper corner [3] of a box that contains the surface and is slightly larger."""
         self.closed = bool(level_set.closed)
         """Whether the surface is closed; of an open one the part inside ``box`` is used."""
+        self.data = level_set.data
+        """Notes, warnings and bodies of a surface from a file."""
+        self.given = level_set.closed is None
+        """Whether φ is given by the user, as a formula or a file, so that it is known in the box only."""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {shown(value)}" for name, value in self.values.items() if name != "box")
@@ -53,11 +62,6 @@ class Surface:
         """Time derivatives of the parameters [8], exact; raises SceneError where a formula has none."""
         numbers = cast(MovingKind, self._row).numbers(motion.rates_at(self.values, time))
         return np.concatenate([numbers, np.zeros(8 - numbers.size)])
-
-    @property
-    def rate(self) -> Any:
-        """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a moving surface."""
-        return cast(MovingKind, self._row).rate(self.values)
 
     def at(self, time: float) -> Surface:
         """The surface at this time, at rest; raises SceneError where a formula has no value."""
@@ -147,6 +151,11 @@ class Surface:
     def gaussian_curvature(self, points: np.ndarray) -> np.ndarray:
         """𝒦 [...] at points [..., 3] on the surface; 1/length²."""
         return np.linalg.det(self.second_form(points)[2])
+
+
+def ends_of(surface: Surface) -> Box:
+    """The box [3] outside which φ is not known: that of an open surface of a formula or a file, or infinite."""
+    return surface.box if surface.given and not surface.closed else (np.full(3, -np.inf), np.full(3, np.inf))
 
 
 def _numbers(level_set: LevelSet) -> np.ndarray:

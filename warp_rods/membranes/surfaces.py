@@ -5,10 +5,12 @@ The kinds are the keys of ``KINDS``; ``KINDS[kind].keys`` are the names of the v
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError
+from warp_rods.membranes.bodies import Bodies, oriented
 from warp_rods.membranes.built_in import SURFACES
 from warp_rods.membranes.built_in import Parameter as Parameter
 from warp_rods.membranes.built_in import SurfaceKind as SurfaceKind
@@ -17,6 +19,7 @@ from warp_rods.membranes.catalogue import KINDS, motion_faults, read
 from warp_rods.membranes.files import FileError
 from warp_rods.membranes.inspection import inspect
 from warp_rods.membranes.level_set import Fault
+from warp_rods.membranes.mesh import triangulate
 from warp_rods.membranes.surface import Surface
 from warp_rods.values import key_path, plain
 
@@ -29,7 +32,16 @@ def make(kind: str, values: Any, *, path: str = "surface", end: float = 0.0) -> 
     values: by name, as in the table [surface] of a scene; NumPy scalars, arrays, tuples and paths are accepted. path:
     the name of the table in messages. end: time up to which a moving surface is checked. Raises SceneError naming every
     fault: an unknown kind or parameter, a missing or impossible value, a φ that defines no smooth surface.
+    Warnings go to the logger ``warp_rods``; what became of a file is in ``data`` of the surface.
     """
+    surface = built(kind, values, path=path, end=end)
+    for line in surface.data.warnings:
+        logging.getLogger("warp_rods").warning("%s: %s", path, line)
+    return surface
+
+
+def built(kind: str, values: Any, *, path: str, end: float) -> Surface:
+    """As ``make``, without logging."""
     filled, faults = read(plain(kind), plain(values))
     faults = faults or motion_faults(kind, filled, end)
     if not faults:
@@ -37,6 +49,14 @@ def make(kind: str, values: Any, *, path: str = "surface", end: float = 0.0) -> 
     if faults:
         raise SceneError("\n".join(path + ("." if loc else "") + key_path(loc) + text for loc, text in faults))
     return surface
+
+
+def bodies_of(surface: Surface) -> Bodies:
+    """The bodies of a surface; of one without data those of its triangulation at t = 0."""
+    if surface.data.bodies is not None:
+        return surface.data.bodies
+    mesh = triangulate(surface)
+    return oriented(mesh.points, mesh.triangles)[0]
 
 
 def _built(kind: str, values: dict[str, Any], end: float) -> tuple[Any, list[Fault]]:

@@ -115,7 +115,7 @@ def _coordinates(motion: xr.Dataset) -> xr.DataArray:
 
 def _figure(motion: xr.Dataset, coordinates: xr.DataArray, starts: list[str], cycle_time: float) -> Any:
     figure = plots.figure(plots.COLUMN, 112)
-    top, bottom = figure.subfigures(2, 1, height_ratios=(1, 1.35))
+    top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1, 1.35))[:, 0]
     _snapshots(top, motion, cycle_time)
     axes = bottom.add_subplot(projection="3d")
     values = coordinates.to_numpy()

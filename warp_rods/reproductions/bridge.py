@@ -133,7 +133,7 @@ def _load_row(data: xr.Dataset, critical: float) -> Comparison:
 
 def _figure(data: xr.Dataset, terms: xr.Dataset, critical: float, rates: np.ndarray) -> Any:
     figure = plots.figure(plots.PAGE, 112)
-    top, bottom = figure.subfigures(2, 1, height_ratios=(1.15, 1))
+    top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.15, 1))[:, 0]
     _shapes(top, data)
     panels = bottom.subplots(1, 4, width_ratios=(1, 1, 1, 1.1))
     length, arc = data["length"].isel(rod=-1).to_numpy(), terms["arc"].isel(rod=-1).to_numpy()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+__all__ = ["Outcome", "chosen", "perform", "report", "run"]
+
 import contextlib
 import csv
 import multiprocessing
@@ -20,6 +22,7 @@ from rich.table import Table
 
 from warp_rods.device import cores
 from warp_rods.device import start as start_warp
+from warp_rods.documented import Documented
 from warp_rods.errors import RunFolderError, UnknownReproduction, nearest
 from warp_rods.reproductions.catalogue import REPRODUCTIONS, Comparison, Result
 
@@ -31,7 +34,7 @@ COLUMNS = ("quantity", "published", "ours", "difference", "reading")
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(metaclass=Documented):
     """The outcome of one reproduction: the rows of its table, notes, files written; ``error`` where it failed."""
 
     name: str

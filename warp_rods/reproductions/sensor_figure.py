@@ -21,7 +21,7 @@ def draw(groups: dict[float, xr.Dataset], shown_twist: float, membrane: Mesh) ->
     groups: by σ1. Rods are coloured by elastic energy per length.
     """
     figure = plots.figure(plots.PAGE, 160)
-    top, bottom = figure.subfigures(2, 1, height_ratios=(2.1, 1))
+    top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.1, 1))[:, 0]
     panels = top.subplots(2, len(SNAPSHOTS))
     shown = {twist: groups[twist].isel(rod=groups[twist]["seed"].to_numpy() == 0) for twist in (0.0, shown_twist)}
     # The energy at the start is much larger and has relaxed by the second snapshot.

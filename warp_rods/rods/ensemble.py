@@ -10,13 +10,15 @@ import logging
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, Never, Self, SupportsFloat, SupportsIndex, TypeVar, overload
 
 import numpy as np
 import warp as wp
 
+from warp_rods import arguments
 from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
+from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.per_rod import check_step, ramp, vectors
@@ -28,6 +30,17 @@ LOG = logging.getLogger("warp_rods")
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state that an ensemble without external forces may lack."""
 
+FOR_THE_LOOP = frozenset(
+    {
+        *("advance", "set_step", "prepare_step", "take_step", "finish_step", "present_limits", "ends_of_space"),
+        *("recordable", "threads", "version", "refine", "middle", "tracked", "evaluate"),
+        *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
+        *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
+    }
+)
+"""Members for the simulation loop, contact and trajectories (see CONTRIBUTING.md), left out of ``help``."""
+T = TypeVar("T")
+
 
 class Failure(NamedTuple):
     """A frozen rod: its number, the time, and what happened."""
@@ -37,20 +50,35 @@ class Failure(NamedTuple):
     what: str
 
 
-class Parameter:
-    """A parameter of an ensemble as a read-only attribute."""
+def shape_of(array: wp.array) -> tuple[int, ...]:
+    """The shape of an array on the host, components of vectors and matrices included."""
+    on_gpu = wp.get_device(array.device).is_cuda
+    return (array.__cuda_array_interface__ if on_gpu else array.__array_interface__)["shape"]
 
-    def __init__(self, description: str):
-        self.__doc__ = description
+
+class Fixed(Generic[T]):
+    """A read-only attribute of an ensemble, given when the ensemble was made."""
+
+    def __init__(self, description: str, of: str = ""):
+        """``of``: the name under which the value was given, if it is another."""
+        self.__doc__, self._name = description, of
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
+        self._name = self._name or name
 
-    def __get__(self, ensemble: Ensemble | None, owner: type | None = None) -> Any:
-        return self if ensemble is None else ensemble._parameters[self._name]
+    @overload
+    def __get__(self, ensemble: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, ensemble: Ensemble, owner: type) -> T: ...
+    def __get__(self, ensemble: Ensemble | None, owner: type) -> Self | T:
+        return self if ensemble is None else ensemble._fixed[self._name]
 
-    def __set__(self, ensemble: Ensemble, value: Any) -> None:
+    def __set__(self, ensemble: Ensemble, value: Never) -> None:
         raise AttributeError(f"{self._name} is fixed once the ensemble is made: make a new ensemble with the new value")
+
+
+class Parameter(Fixed[np.ndarray]):
+    """A parameter of the rods as a read-only attribute [rod] or [rod, component], which ``parameters`` lists."""
 
 
 class Ensemble(Readings):
@@ -60,20 +88,33 @@ class Ensemble(Readings):
     rods continue.
     """
 
-    def __init__(self, count: int, nodes: int, parameters: Mapping[str, np.ndarray], device: Any):
-        self.count, self.nodes, self.device = count, nodes, device_of(device)
+    _unlisted = FOR_THE_LOOP
+    count = Fixed[int]("Number of rods.")
+    device = Fixed[wp.Device]("Where the rods are.")
+
+    def __init__(self, count: int, nodes: int, parameters: Mapping[str, np.ndarray], device: Any, **fixed: Any):
+        """``parameters``: values of ``Parameter`` attributes; ``fixed``: of the other ``Fixed`` attributes."""
+        self._nodes = arguments.whole("nodes", nodes)
+        fixed |= {"count": arguments.whole("count", count), "device": device_of(device)}
         for values in parameters.values():
             values.setflags(write=False)
         self._parameters: Mapping[str, np.ndarray] = MappingProxyType(dict(parameters))
+        self._fixed: Mapping[str, Any] = MappingProxyType({**fixed, **parameters})
+        self._force_from = ""
         with exclusive:
             self._clock = Clock(self.device)
         self._warned = False
 
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of each rod."""
+        return self._nodes
+
     def __repr__(self) -> str:
         frozen = int((self.status != Status.OK).sum())
         state = f"{frozen} of them frozen" if frozen else "all ok"
-        what = f"{type(self).__name__}: {self.count} rods of {self.nodes} nodes on {self.device}"
-        return f"<{what}, t = {self.time:g}, {state}>"
+        rods = f"{self.count} rod{'s' if self.count > 1 else ''} of {self.nodes} nodes"
+        return f"<{type(self).__name__}: {rods} on {self.device}, t = {self.time:g}, {state}>"
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
@@ -82,14 +123,14 @@ class Ensemble(Readings):
         """The present time."""
         return self._clock.time
 
-    def step(self, dt: float, steps: int = 1) -> None:
+    def step(self, dt: SupportsFloat, steps: SupportsIndex = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
 
         The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. A step
         above ``step_limit`` is warned of once, by the logger ``warp_rods``. Raises SceneError for a step that is not
         positive.
         """
-        check_step(dt, steps)
+        dt, steps = check_step(dt, steps)
         self._warn_of(dt)
         self.advance(dt, steps)
 
@@ -124,8 +165,19 @@ class Ensemble(Readings):
     def step_limit(self) -> StepLimit:
         """The largest stable step, and the formula that gives it."""
 
-    def set_step(self, dt: float) -> None:
-        """Set the length of the next steps."""
+    @property
+    def present_limits(self) -> np.ndarray:
+        """The bound on the step of each rod where it is now [rod]; infinity where its place does not matter."""
+        return np.full(self.count, np.inf)
+
+    @property
+    def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [3] of the box beyond which rods are frozen; infinite where there is none."""
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
+    def set_step(self, dt: SupportsFloat) -> None:
+        """Set the length of the next steps; raises SceneError for one that is not positive."""
+        dt, _ = check_step(dt)
         with exclusive:
             self._clock.set_step(dt)
 
@@ -204,18 +256,30 @@ class Ensemble(Readings):
 
     @property
     def force(self) -> np.ndarray:
-        """External force per length in space [rod, node, 3]. Set it to one vector, or to one vector for each node."""
-        with exclusive:
-            return to_host(self.force_array)
+        """External force per length in space [rod, node, 3]: of the present state where a function or contact gives it.
+
+        Set it to one vector, or to one vector for each node. Raises SceneError for values that are not finite or do not
+        fit, and where a function or contact gives the force.
+        """
+        return self._read_force()
 
     @force.setter
     def force(self, value: Any) -> None:
-        self._set_force(value)
+        if self._force_from:
+            raise SceneError(f"force: it cannot be set, because {self._force_from} gives it at every step")
+        self._set_force(vectors(value, self.count, self.nodes))
 
-    def _set_force(self, value: Any) -> None:
-        given = vectors(value, self.count, self.nodes)
+    def reserve_force(self, source: str) -> None:
+        """Refuse forces set by the user from now on, because ``source`` writes the force at every step."""
+        self._force_from = source
+
+    def _read_force(self) -> np.ndarray:
         with exclusive:
-            self.force_array.assign(given)
+            return to_host(self.force_array)
+
+    def _set_force(self, values: np.ndarray) -> None:
+        with exclusive:
+            self.force_array.assign(values)
 
     # --- state and failures -----------------------------------------------------------------------------------------
 
@@ -232,19 +296,44 @@ class Ensemble(Readings):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters.
 
-        A state without a force is one without external forces.
+        A state without a force is one without external forces. Raises SceneError, and changes nothing, for a state that
+        lacks arrays or has arrays of other shapes, as those of another kind, count or number of nodes have.
         """
+        given = self.check_state(state)
         with exclusive:
-            self.allocate_for(state)
+            self.allocate_for(given)
             for name, array in self.arrays_of_state().items():
-                if name in state or name not in FORCE_STATE:
-                    array.assign(state[name])
+                if name in given:
+                    array.assign(given[name])
                 else:
                     array.zero_()
-            self._clock.restore(state["clock"])
+            self._clock.restore(given["clock"])
+
+    def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays of a state; raises SceneError naming the first that is missing or does not fit."""
+        if not isinstance(state, Mapping):
+            raise arguments.wrong("state", state, "a mapping of arrays, as state() returns it")
+        with exclusive:
+            own = {name: shape_of(array) for name, array in self.arrays_of_state().items()}
+        own |= {"clock": self._clock.state().shape}
+        nodes = self.nodes_of(state)
+        if missing := [name for name in own if name not in state and name not in FORCE_STATE]:
+            raise SceneError(f"state: has no {missing[0]!r}; must be a state of {type(self).__name__}")
+        given = {}
+        for name, array in state.items():
+            given[name] = arguments.reals(f"state[{name!r}]", array) if name == "clock" else np.asarray(array)
+            shape = own.get(name, (self.count, self.nodes, 3) if name in FORCE_STATE else given[name].shape)
+            fits = (shape[0], nodes, *shape[2:]) if shape[1:2] == (self.nodes,) else shape
+            if given[name].shape != fits or given[name].dtype.kind not in "iuf":
+                raise SceneError(f"state[{name!r}]: has shape {given[name].shape}; must be numbers of shape {fits}")
+        return given
 
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate device arrays of the sizes in ``state``, if they differ from the present ones."""
+
+    def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
+        """The number of nodes in a state that ``restore`` takes."""
+        return self.nodes
 
     @property
     @abstractmethod
@@ -258,5 +347,12 @@ class Ensemble(Readings):
         return [Failure(int(rod), float(when[rod]), Status(int(status[rod])).words) for rod in frozen]
 
     def parameters(self, rod: int) -> dict[str, Any]:
-        """The parameters of one rod by name."""
-        return {name: values[rod].tolist() for name, values in self._parameters.items()}
+        """The parameters of one rod by name; raises SceneError for a rod that is not there."""
+        rod = arguments.whole("rod", rod, 0)
+        if rod >= self.count:
+            raise SceneError(f"rod = {rod}: must be less than the number of rods, {self.count}")
+        return {name: values[rod].tolist() for name, values in self._parameters.items()} | self._settings(rod)
+
+    def _settings(self, rod: int) -> dict[str, Any]:
+        """What else defines one rod, by name, in plain types."""
+        return {}

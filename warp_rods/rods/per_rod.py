@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.errors import SceneError
 
 
@@ -33,14 +33,6 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
     return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])
 
 
-RULES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "any finite number": np.isfinite,
-    "positive": lambda values: np.isfinite(values) & (values > 0),
-    "zero or more": lambda values: np.isfinite(values) & (values >= 0),
-}
-"""Conditions on the values of a parameter."""
-
-
 def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:
     """A parameter as one value for each rod [count], or with one rule for each component [count, component].
 
@@ -48,37 +40,30 @@ def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] =
     """
     size = 1 if isinstance(rules, str) else len(rules)
     try:
-        read = each_rod(values, count, size)
-    except (ValueError, TypeError) as error:
+        read = each_rod(arguments.reals(name, values), count, size)
+    except SceneError:
+        raise
+    except ValueError as error:
         raise SceneError(f"{name}: {error}") from None
     columns = [(rules, read)] if isinstance(rules, str) else [(rule, read[:, i]) for i, rule in enumerate(rules)]
     for rule, column in columns:
-        if len(wrong := column[~RULES[rule](column)]):
-            raise SceneError(f"{name} = {wrong[0]:g}: must be {rule}")
+        arguments.check(name, column, rule)
     return read
 
 
-def vectors(values: Any, count: int, nodes: int) -> np.ndarray:
+def vectors(values: Any, count: int, nodes: int, finite: bool = True) -> np.ndarray:
     """A force [count, nodes, 3] from one vector for all nodes or from values of that shape; raises SceneError."""
-    given = np.asarray(values, dtype=np.float64)
+    given = arguments.reals("force", values)
     if given.shape not in ((3,), (count, nodes, 3)):
         raise SceneError(f"force: must be one vector, or {(count, nodes, 3)} [rod, node, 3]; has shape {given.shape}")
+    if finite:
+        arguments.check("force", given, "any finite number")
     return np.ascontiguousarray(np.broadcast_to(given, (count, nodes, 3)))
 
 
-def count_of(name: str, value: Any) -> int:
-    """A whole number, 1 or more; raises SceneError naming it."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise SceneError(f"{name} = {value!r}: must be a whole number, 1 or more")
-    return int(value)
-
-
-def check_step(dt: float, steps: int) -> None:
-    """Raises SceneError for a step that is not positive and finite, or a negative number of steps."""
-    if not 0 < dt < np.inf:
-        raise SceneError(f"dt = {dt}: must be positive")
-    if steps < 0:
-        raise SceneError(f"steps = {steps}: must be 0 or more")
+def check_step(dt: SupportsFloat, steps: SupportsIndex = 1) -> tuple[float, int]:
+    """A step and a number of steps; raises SceneError unless the step is positive and the number 0 or more."""
+    return arguments.real("dt", dt), arguments.whole("steps", steps, 0)
 
 
 DOUBLINGS = 10

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from warp_rods.device import exclusive
+from warp_rods.documented import Documented
+from warp_rods.errors import named
 from warp_rods.rods.variables import Variable
 
 
@@ -19,8 +21,13 @@ class Reading(NamedTuple):
     take: Callable[[], np.ndarray]
 
 
-class Readings(ABC):
-    """Readings of the present state. Each is a new NumPy array."""
+class Readings(metaclass=Documented):
+    """Readings of the present state, which they do not change. Each is a new NumPy array.
+
+    A frozen rod has the readings of its last valid shape. Tension, dissipation and power follow from that shape and the
+    present force: they are NaN where the force that stopped the rod is not finite. In sums over rods use those whose
+    ``status`` is 0, as the measures of a trajectory do.
+    """
 
     saved: ClassVar[Mapping[str, Variable]]
     """The variables of a frame by name, those of contact included; ``variables`` returns the others."""
@@ -35,9 +42,9 @@ class Readings(ABC):
         return 1
 
     def reading(self, name: str) -> np.ndarray:
-        """A variable of the present state, at all nodes."""
+        """A variable of the present state, at all nodes; raises SceneError for an unknown name."""
         with exclusive:
-            reading = self.readings()[name]
+            reading = named(self.readings(), "name", name)
             reading.update()
             return reading.take()
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import EnumMeta, IntEnum
 
 from warp_rods.kernels import status
 
 
-class Status(IntEnum):
+class _Documented(EnumMeta):
+    """Limits ``help`` to the statuses and their words, without the members of integers."""
+
+    def __dir__(cls) -> list[str]:
+        return [*cls.__members__, "words"]
+
+
+class Status(IntEnum, metaclass=_Documented):
     """OK, or why a rod was frozen at its last valid state; the numbers are those of ``kernels/status.py``."""
 
     OK = int(status.OK)
@@ -15,6 +22,8 @@ class Status(IntEnum):
     OFF_SURFACE = int(status.OFF_SURFACE)
     TOO_BENT = int(status.TOO_BENT)
     TOO_FAST = int(status.TOO_FAST)
+    KINK = int(status.KINK)
+    LEFT_DATA = int(status.LEFT_DATA)
 
     @property
     def words(self) -> str:
@@ -28,4 +37,6 @@ WORDS = {
     Status.OFF_SURFACE: "left its surface",
     Status.TOO_BENT: "bent by more than half a turn between two nodes",
     Status.TOO_FAST: "was about to move by more than its length in one step",
+    Status.KINK: "reached a kink of its surface, or a bend that is too sharp for the spacing of its nodes",
+    Status.LEFT_DATA: "reached the end of its surface, the box beyond which φ is not given",
 }

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from inspect import Parameter, Signature, cleandoc
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
+from warp_rods.errors import SceneError
 from warp_rods.scene.per_rod import TAGS
-from warp_rods.values import hint, must_be, nearest, plain
+from warp_rods.values import hint, key_path, must_be, nearest, plain
 
-__all__ = ["Faults", "Table", "fault"]
+__all__ = ["Faults", "Table", "fault", "read_table"]
 
 Faults = list[InitErrorDetails]
 
@@ -70,7 +71,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         try:
             made = handler(raw)
         except ValidationError as error:
-            faults = cls._in_our_words(error.errors(include_url=False))
+            faults = cls._worded_faults(error.errors(include_url=False))
         if isinstance(raw, dict):
             bad = {line["loc"][0] for line in faults}
             faults += cls.cross_faults(raw, {key: raw[key] for key in raw if key not in bad})
@@ -79,11 +80,11 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return made
 
     @classmethod
-    def _in_our_words(cls, errors: list[ErrorDetails]) -> Faults:
+    def _worded_faults(cls, errors: list[ErrorDetails]) -> Faults:
         """Faults for the errors of this table, a limited number for each key; nested tables have theirs already."""
         found, named = dict[Any, InitErrorDetails](), Counter[Any]()
         for error in errors:
-            worded = cls._in_words(error)
+            worded = cls._worded_fault(error)
             key = worded["loc"][:1]
             named[key] += error["type"] != "fault"
             if named[key] <= MOST_VALUES_NAMED:
@@ -96,7 +97,7 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return faults
 
     @classmethod
-    def _in_words(cls, error: ErrorDetails) -> InitErrorDetails:
+    def _worded_fault(cls, error: ErrorDetails) -> InitErrorDetails:
         kind, value = error["type"], error["input"]
         loc = tuple(part for part in error["loc"] if part not in TAGS)
         if kind == "fault":
@@ -115,5 +116,17 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         return fault(loc, value, must_be(allowed, value, note))
 
 
+T = TypeVar("T", bound=Table)
+
+
 def _default(field: FieldInfo) -> Any:
     return Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+
+
+def read_table(table: type[T], given: Any, path: str) -> T:
+    """A table from a mapping in Python; raises SceneError with one line for each fault, after ``path``."""
+    try:
+        return table.model_validate(plain(given))
+    except ValidationError as error:
+        lines = [key_path((path, *line["loc"])) + line["msg"] for line in error.errors(include_url=False)]
+        raise SceneError("\n".join(lines)) from None

@@ -10,13 +10,13 @@ from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.per_rod import is_list
 from warp_rods.values import shown
 
-__all__ = ["MOST_NODES", "Ensemble", "length_faults", "lookup"]
+__all__ = ["MOST_NODES", "EnsembleTable", "length_faults", "lookup"]
 
 MOST_RODS, MOST_NODES = 10_000_000, 100_000
 """Upper bounds; larger ensembles do not fit into memory."""
 
 
-class Ensemble(Table):
+class EnsembleTable(Table):
     """An ensemble of rods; its name is also that of its group in the trajectory."""
 
     name: str = Field(

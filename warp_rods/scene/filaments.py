@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import itertools
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.ensemble import MOST_NODES, Ensemble, length_faults, lookup
+from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, length_faults, lookup
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -22,7 +25,7 @@ from warp_rods.scene.per_rod import (
 )
 from warp_rods.values import Positive, ZeroOrMore, shown
 
-__all__ = ["Filaments", "Growth", "Placement"]
+__all__ = ["FilamentsTable", "GrowthTable", "Placement"]
 
 
 class Placement(Table):
@@ -42,30 +45,61 @@ NO_TIP = ': filaments grow at free tips, and ends = ["clamped", "clamped"] has n
 """The fault of a growth without a free tip."""
 
 
-class Growth(Table):
+class GrowthTable(Table):
     """Growth at the tips, at a rate (length per time) until a final length, or to given lengths at given times."""
 
     rate: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     until: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     start: ZeroOrMoreEach | None = Field(default=None, description="0 or a positive number" + OR_EACH)
-    time: tuple[ZeroOrMore, ...] | None = Field(
-        default=None, description="a list of increasing times, together with length"
+    time: EachVector[tuple[ZeroOrMore, ...]] | None = Field(
+        default=None, description="a list of increasing times, together with length" + OR_EACH
     )
-    length: tuple[Positive, ...] | None = Field(
-        default=None, description="a list of lengths, one for each time in time"
+    length: EachVector[tuple[Positive, ...]] | None = Field(
+        default=None, description="a list of lengths that do not decrease, one for each time in time" + OR_EACH
     )
     spacing: Positive | None = Field(
         default=None, description="a positive number: the number of nodes is doubled before Δs exceeds it"
     )
 
+    @property
+    def largest_spacing(self) -> float:
+        """``spacing``, or infinity."""
+        return math.inf if self.spacing is None else self.spacing
+
+    @classmethod
+    def none(cls) -> GrowthTable:
+        """No growth."""
+        return cls.model_construct()
+
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        if raw.keys() - {"spacing", "start"} in ({"rate", "until"}, {"time", "length"}):
+        if raw.keys() & cls.model_fields.keys() - {"spacing", "start"} not in ({"rate", "until"}, {"time", "length"}):
+            return [fault((), raw, ": must be { rate, until } or { time, length }; start and spacing may be added")]
+        if "time" not in good or "length" not in good:
             return []
-        return [fault((), raw, ": must be { rate, until } or { time, length }; start and spacing may be added")]
+        time, length = good["time"], good["length"]
+        found = []
+        if not _rises(time, lambda a, b: a < b):
+            found.append(fault(("time",), time, f" = {shown(time)}: must be increasing times"))
+        if not _rises(length, lambda a, b: a <= b):
+            text = f" = {shown(length)}: must be lengths that do not decrease"
+            found.append(fault(("length",), length, text))
+        if not found and len({len(row) for row in (*_rows(time), *_rows(length))}) > 1:
+            found.append(fault(("length",), length, f" = {shown(length)}: needs one length for each time in time"))
+        return found
 
 
-class Filaments(Ensemble):
+def _rows(values: tuple) -> tuple[tuple[float, ...], ...]:
+    """The lists of numbers, of which there may be one for each rod."""
+    return values if values and is_list(values[0]) else (values,)
+
+
+def _rises(values: tuple, ordered: Callable[[float, float], bool]) -> bool:
+    """Whether there are numbers, and they are in this order, in each list."""
+    return all(len(row) > 0 and all(itertools.starmap(ordered, itertools.pairwise(row))) for row in _rows(values))
+
+
+class FilamentsTable(EnsembleTable):
     """An ensemble of filaments bound to the surface (chapter 5)."""
 
     nodes: int = Field(ge=9, le=MOST_NODES, description="a whole number, 9 or more, at most 100 000")
@@ -85,7 +119,12 @@ class Filaments(Ensemble):
     placement: WordOrTable[Literal["random"], Placement] = Field(
         default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
     )
-    growth: Growth | None = Field(default=None, description="a table { rate, until } or { time, length }")
+    growth: GrowthTable | None = Field(default=None, description="a table { rate, until } or { time, length }")
+    bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
+    )
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -95,10 +134,11 @@ class Filaments(Ensemble):
                 raw,
                 good,
                 ("length", "growth.rate", "growth.until", "growth.start", *placement),
-                vectors=("stiffness", "intrinsic", "drag"),
+                vectors=("stiffness", "intrinsic", "drag", "growth.time", "growth.length"),
             ),
             *_node_faults(raw, good),
             *_tip_faults(raw, good),
+            *_body_faults(good),
         ]
 
 
@@ -107,6 +147,13 @@ def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     if good.get("ends") != ("clamped", "clamped") or raw.get("growth") is None:
         return []
     return [fault(("growth",), raw["growth"], NO_TIP)]
+
+
+def _body_faults(good: dict[str, Any]) -> Faults:
+    if good.get("bodies") is None or isinstance(good.get("placement", "random"), str):
+        return []
+    text = f" = {shown(good['bodies'])}: is for random placement; given positions are on the body nearest to them"
+    return [fault(("bodies",), good["bodies"], text)]
 
 
 def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

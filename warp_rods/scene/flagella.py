@@ -17,7 +17,7 @@ from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.per_rod import OR_EACH, NumberEach, PositiveEach, ZeroOrMoreEach
 from warp_rods.values import Positive, must_be, nearest, plain
 
-__all__ = ["LAWS", "PROFILES", "Flagella", "Law", "LawParameter"]
+__all__ = ["LAWS", "PROFILES", "FlagellaTable", "Law", "LawParameter"]
 
 ALLOWED: dict[str, tuple[Any, str]] = {
     "any number": (NumberEach, "a number"),
@@ -77,7 +77,7 @@ def _one_of(table: Mapping[str, Any]) -> str:
     return "one of " + ", ".join(f'"{name}"' for name in table)
 
 
-class Flagella(Table):
+class FlagellaTable(Table):
     """The flagellar field (4.12): relaxation time τf, diffusion D, initial profile, and activity law.
 
     A law may have parameters of its own besides these keys.

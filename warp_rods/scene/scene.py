@@ -19,28 +19,28 @@ from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.filaments import Filaments
-from warp_rods.scene.swimmers import Swimmers
-from warp_rods.scene.tables import Steric, SurfaceTable, Time, Units
+from warp_rods.scene.filaments import FilamentsTable
+from warp_rods.scene.swimmers import SwimmersTable
+from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """What a run simulates; frozen, comparable, picklable.
+    """What a run simulates, as a frozen table; tables in it may be dicts or objects of their classes.
 
-    Tables may be dicts or objects of their classes, numbers may be of Python or NumPy, lists may be tuples or arrays.
-    Raises SceneError with one line for each fault.
+    Numbers may be of Python or NumPy, lists may be tuples or arrays. Raises SceneError with one line for each fault.
     """
 
     title: str = Field(default="", description="text in quotes")
     seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
     surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
-    filaments: tuple[Filaments, ...] = Field(default=(), description="tables, each under [[filaments]]")
-    swimmers: tuple[Swimmers, ...] = Field(default=(), description="tables, each under [[swimmers]]")
+    filaments: tuple[FilamentsTable, ...] = Field(default=(), description="tables, each under [[filaments]]")
+    swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")
     box: Box | None = Field(default=None, description="a table, [box]")
     steric: Steric | None = Field(default=None, description="a table, [steric]")
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
+    output: Output | None = Field(default=None, description="a table, [output]")
 
     def __init__(self, /, **tables: Any):
         try:

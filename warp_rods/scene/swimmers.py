@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, Field
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.ensemble import MOST_NODES, Ensemble, length_faults
-from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, Flagella
+from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, length_faults
+from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -19,14 +19,14 @@ from warp_rods.scene.per_rod import (
     ZeroOrMoreEach,
 )
 
-__all__ = ["Arrangement", "Flagella", "FreePlacement", "Shape", "Swimmers"]
+__all__ = ["Arrangement", "FreePlacement", "ShapeTable", "SwimmersTable"]
 
 
 SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"balanced": True}, "straight": {}}
 """Kind of shape → keys that only this kind has, with defaults."""
 
 
-class Shape(Table):
+class ShapeTable(Table):
     """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight; perhaps perturbed."""
 
     kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
@@ -76,7 +76,7 @@ def _odd(nodes: int) -> int:
     return nodes
 
 
-class Swimmers(Ensemble):
+class SwimmersTable(EnsembleTable):
     """An ensemble of active free rods (chapter 4) with dimensionless parameters."""
 
     nodes: Annotated[int, AfterValidator(_odd)] = Field(
@@ -87,11 +87,13 @@ class Swimmers(Ensemble):
     moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
     drag_ratio: PositiveEach = Field(default=2.0, description="a positive number" + OR_EACH)
     rotational_drag: PositiveEach = Field(default=3e-3, description="a positive number" + OR_EACH)
-    flagella: Flagella = Field(
-        default_factory=Flagella,
+    flagella: FlagellaTable = Field(
+        default_factory=FlagellaTable,
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
-    shape: Shape = Field(default_factory=Shape, description="a table { kind, mode, amplitude, perturbation, balanced }")
+    shape: ShapeTable = Field(
+        default_factory=ShapeTable, description="a table { kind, mode, amplitude, perturbation, balanced }"
+    )
     symmetric: bool = Field(default=False, description="true or false")
     placement: WordOrTable[Arrangement, FreePlacement] | None = Field(
         default=None, description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}"

@@ -1,4 +1,4 @@
-"""The tables [surface], [steric], [time] and [units] of a scene."""
+"""The tables [surface], [steric], [time], [units] and [output] of a scene."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from warp_rods.membranes.catalogue import KINDS, read
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.values import Number, Positive, ZeroOrMore, number
 
-__all__ = ["Steric", "SurfaceTable", "Time", "Units", "metres"]
+__all__ = ["Output", "Steric", "SurfaceTable", "Time", "Units", "metres"]
 
 Tolerance = Annotated[Number, Field(ge=1e-8, le=0.1)]
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
+ROUND_OFF = 1e-9
+"""Relative difference up to which times are equal: the step as run is the spacing of the frames over a whole number."""
 LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
 
 
@@ -82,9 +84,25 @@ class Time(Table):
         faults = {
             short: fault((short,), good[short], f" = {good[short]}: must be at most {long} = {good[long]}")
             for short, long in at_most
-            if short in good and long in good and good[short] > good[long]
+            if short in good and long in good and good[short] > good[long] * (1 + ROUND_OFF)
         }
         return list(faults.values())
+
+
+class Output(Table):
+    """What a run leaves: whether an animation is made, which variables of a frame are saved, and frames in a file.
+
+    Position, status and time are always saved. Which variables there are depends on the rods, so that names are checked
+    when a scene is laid out.
+    """
+
+    usd: bool = Field(default=True, description="true or false")
+    variables: tuple[str, ...] | None = Field(
+        default=None, description="a list of names of variables in quotes, or left out for all of them"
+    )
+    frames_per_file: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="a whole number, 1 or more, or left out"
+    )
 
 
 def metres(text: Any) -> float:

@@ -4,8 +4,12 @@ layout, surfaces                     the surfaces and ensembles of a scene on a 
 loop, frames, hooks                  the loop from frame to frame, and user functions called during a run
 watch, report                        warnings about results; messages of a run
 runner                               one run into its folder, with progress
-run_folder                           the folder: scene, trajectory, checkpoint
-trajectory, store, earlier           the Zarr store of a trajectory, and those of earlier versions
+run_folder, files                    the folder: scene, trajectory, checkpoint; files replaced as a whole
+begun, kept_surfaces                 the run that a folder holds, and the surfaces that it keeps
+output                               variables that are saved
+trajectory, store, chunks, document  the Zarr store of a trajectory: frames, arrays, files, metadata
+reading, earlier                     reading it, and those of earlier versions
+check                                looking for damage in a whole folder
 """
 
 import lazy_loader

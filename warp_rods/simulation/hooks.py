@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, SupportsIndex
 
+from warp_rods import arguments
 from warp_rods.errors import SceneError
 
 if TYPE_CHECKING:
@@ -55,15 +56,17 @@ class EveryFrame:
         return math.inf
 
 
-def every(steps: int | None = None, time: float | None = None) -> Every:
-    """The cadence of a number of steps or of an interval of time; raises SceneError unless one of them is given."""
+def every(steps: SupportsIndex | None = None, time: SupportsFloat | None = None) -> Every:
+    """The cadence of a number of steps or of an interval of time; raises SceneError unless one of them is given.
+
+    With steric forces a run takes blocks of up to four steps, which may have to be repeated: there a function is called
+    after the first block that reaches its time, and once for all the times passed.
+    """
     if (steps is None) == (time is None):
         raise SceneError("every: give steps or time, and not both")
-    if steps is not None and (isinstance(steps, bool) or int(steps) != steps or steps < 1):
-        raise SceneError(f"every: steps = {steps!r}: must be a whole number, 1 or more")
-    if time is not None and not 0 < time < math.inf:
-        raise SceneError(f"every: time = {time!r}: must be positive")
-    return Every(None if steps is None else int(steps), None if time is None else float(time))
+    if steps is not None:
+        return Every(steps=arguments.whole("every: steps", steps))
+    return Every(time=arguments.real("every: time", time))
 
 
 @dataclass
@@ -73,6 +76,19 @@ class Hook:
     cadence: Cadence
     function: Callable[[Simulation], Any]
     called: int = 0
+    ended: bool = False
+    """Whether the function has stopped the run; it is not called again."""
+
+    @classmethod
+    def read(cls, name: str, given: Any) -> Hook:
+        """From a pair of a cadence and a function; raises SceneError with ``name`` for anything else."""
+        if not isinstance(given, (tuple, list)) or len(given) != 2:
+            raise arguments.wrong(name, given, "a pair of a cadence, such as every(steps=10), and a function")
+        cadence, function = given
+        counts = callable(getattr(cadence, "count", None)) and not isinstance(cadence, (str, tuple, list))
+        if not counts:
+            raise arguments.wrong(f"{name}: cadence", cadence, "every(steps=…), every(time=…), or have a method count")
+        return cls(cadence, arguments.function(f"{name}: function", function, 1, "a function of the simulation"))
 
     def next_time(self, simulation: Simulation) -> float:
         """The time at which it is due next, where rods take steps of their own; infinity: at a frame."""
@@ -81,10 +97,19 @@ class Hook:
     def call_if_due(self, simulation: Simulation) -> None:
         """Call the function once if it has become due since the last call."""
         count = self.cadence.count(simulation)
-        if count > self.called:
+        if count > self.called and not self.ended:
             self.called = count
+            going = simulation.stopped is None
             self.function(simulation)
+            self.ended = going and simulation.stopped is not None
 
     def skip_past(self, simulation: Simulation) -> None:
         """Do not call the function for times before the present one, from which a restored simulation continues."""
         self.called = self.cadence.count(simulation)
+
+
+def read_hooks(hooks: Any) -> list[Hook]:
+    """Hooks from pairs of a cadence and a function; raises SceneError naming the first that is not one."""
+    if isinstance(hooks, (str, bytes)) or not isinstance(hooks, Iterable):
+        raise arguments.wrong("hooks", hooks, "a list of pairs of a cadence and a function")
+    return [Hook.read(f"hooks[{index}]", given) for index, given in enumerate(hooks)]

@@ -12,26 +12,29 @@ import numpy as np
 from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
 from warp_rods.contact.barrier import barrier_warnings
 from warp_rods.contact.overlap import overlapping, without_overlap
-from warp_rods.contact.segments import Space
+from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.catalogue import GIVEN
-from warp_rods.membranes.surface import Surface
+from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
-from warp_rods.rods.step_limits import SAMPLES, StepLimit, filament_limits, wall_limit
-from warp_rods.scene.filaments import Filaments, Growth
+from warp_rods.rods.status import Status
+from warp_rods.rods.step_limits import SAMPLES, StepLimit, bent_start_limit, membrane_limit, wall_limit
+from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.surfaces import build_surfaces
+from warp_rods.simulation.memory import check_memory
+from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
+from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
-LARGEST_ANGLE = 0.3
-"""Bending in radians per cell up to which the discretisation error is about a per cent."""
 LIMIT_TIMES = 5
 """Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
+MOST_ROUNDS = 200
+"""Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -56,7 +59,11 @@ class Layout:
 
     def random(self, name: str) -> np.random.Generator:
         """A random generator for one ensemble, so that an additional ensemble does not change the others."""
-        return np.random.default_rng([self.scene.seed, *name.encode()])
+        return np.random.default_rng(self.seed(name))
+
+    def seed(self, name: str) -> list[int]:
+        """The seed of that generator."""
+        return [self.scene.seed, *name.encode()]
 
     @property
     def lines(self) -> list[np.ndarray]:
@@ -66,7 +73,12 @@ class Layout:
 
 def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
+    check_memory(scene)
     layout = Layout(scene, device, *build_surfaces(scene))
+    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
+        notes, warnings = lines_on_data(scene, path, surface)
+        layout.notes += notes
+        layout.warnings += warnings
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
@@ -113,7 +125,7 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     return found
 
 
-def _filaments(layout: Layout, table: Filaments) -> None:
+def _filaments(layout: Layout, table: FilamentsTable) -> None:
     surface, scene = layout.surface, layout.scene
     assert surface is not None  # a scene of filaments without a surface is refused
     times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
@@ -131,44 +143,37 @@ def _filaments(layout: Layout, table: Filaments) -> None:
             device=layout.device,
         )  # fmt: skip
 
+    part = part_of(surface, table.bodies)
     if table.placement == "random":
-        position, direction = _random(layout, table, build)
+        position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
     else:
         p = table.placement
         geodesic = each_node(p.geodesic_curvature, table.count, table.nodes)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
+        if len(lost := np.flatnonzero(rods.status)):
+            what = Status(int(rods.status[lost[0]])).words
+            raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits, coarse = [], []
-    for now in map(surface.at, times):
-        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0))
-        limits.append(filament_limits(now, points, rods))
-        coarse += _unresolved(now, table, points)
+    limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
+    for time, now in zip(times, map(surface.at, times), strict=True):
+        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
+        curved = placement.curved_points(now, points)
+        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points, curved))
+        coarse += unresolved_filaments(now, table, np.concatenate([points, curved]))
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
     layout.warnings += coarse[-1:]
 
 
-def _unresolved(surface: Surface, table: Filaments, points: np.ndarray) -> list[str]:
-    """A warning if the spacing of nodes is too large for the curvature of the surface or the intrinsic curvature."""
-    spacing = float(np.max(table.length)) / (table.nodes - 1)
-    principal = np.abs(np.linalg.eigvalsh(surface.second_form(points)[2])).max()
-    largest = max(float(principal), float(np.abs(table.intrinsic).max()))
-    if spacing * largest <= LARGEST_ANGLE:
-        return []
-    nodes = math.ceil(float(np.max(table.length)) * largest / LARGEST_ANGLE) + 1
-    return [
-        f"{table.name}: nodes are {spacing:.3g} apart and curvatures reach {largest:.3g}: bending by more than "
-        f"{LARGEST_ANGLE} radians per cell is not well resolved; use {nodes} nodes or more"
-    ]
-
-
-def _growth_of(growth: Growth, rods: Any, count: int) -> dict[str, Any]:
+def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
     """The growth of some of the rods."""
     whole = growth.model_dump(exclude_none=True)
-    return whole | {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    each = {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
+    rows = {key: np.array(whole[key]) for key in ("time", "length") if key in whole}
+    return whole | each | {key: values[rods] if values.ndim == 2 else values for key, values in rows.items()}
 
 
-def _check_length(surface: Surface, table: Filaments) -> None:
+def _check_length(surface: Surface, table: FilamentsTable) -> None:
     low, high = surface.box
     circumference = math.pi * float((high - low).max()) / SPARE
     growth = table.growth
@@ -181,35 +186,52 @@ def _check_length(surface: Surface, table: Filaments) -> None:
         )
 
 
-def _random(layout: Layout, table: Filaments, build: Callable) -> tuple[np.ndarray, np.ndarray]:
+def _random(
+    layout: Layout, table: FilamentsTable, part: placement.Part | None, build: Callable
+) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
-    if steric is None:
-        position = placement.uniform_points(surface, table.count, rng)
+    has_end = bool(np.isfinite(ends_of(surface)).all())
+
+    def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
+        position = placement.uniform_points(surface, count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
+
+    def inside(rods: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], Any]:
+        """Poses and filaments, which lie inside the box in which φ is given."""
+        position, direction = drawn(len(rods))
+        made = build(position, direction, rods)
+        for _ in range(MOST_ROUNDS):
+            if not len(out := np.flatnonzero(made.status == Status.LEFT_DATA)):
+                return (position, direction), made
+            position[out], direction[out] = drawn(len(out))
+            made = build(position, direction, rods)
+        raise SceneError(f"length = {np.max(table.length):g}: no place was found where the filament is in the box")
+
+    if steric is None:
+        return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
     spacing = float(np.max(table.length)) / (table.nodes - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        position = placement.uniform_points(surface, len(rods), rng)
-        direction = placement.isotropic_directions(surface, position, rng)
-        return (position, direction), build(position, direction, rods).position
+        poses, made = inside(rods)
+        return poses, made.position
 
-    space = Space(layout.lines, np.array(layout.scene.period))
+    space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, max(steric.core, spacing), space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
     return position, direction
 
 
-def _free_rods(layout: Layout, table: Swimmers, **placed) -> FreeRods:
+def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     return FreeRods(
         table.count,
         table.nodes,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
-        shape=table.shape.model_dump(exclude_none=True) | {"seed": [layout.scene.seed, *table.name.encode()]},
+        shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
         **placed,
         device=layout.device,
     )
@@ -225,7 +247,7 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     return poses
 
 
-def _swimmers(layout: Layout, table: Swimmers) -> None:
+def _swimmers(layout: Layout, table: SwimmersTable) -> None:
     placed: dict[str, np.ndarray] = {}
     if isinstance(table.placement, str):
         if table.placement not in layout.arranged:
@@ -235,6 +257,7 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     layout.limits[table.name] = layout.ensembles[table.name].step_limit
+    layout.warnings += unresolved_swimmers(table)
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])
@@ -243,7 +266,7 @@ def _swimmers(layout: Layout, table: Swimmers) -> None:
         layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 
-def _symmetric_start(table: Swimmers, rods: FreeRods) -> list[str]:
+def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:
     """A note if nothing but round-off can break the symmetry of swimmers."""
     count = int(rods.symmetric_start.sum())
     if not count:

@@ -8,17 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
-from warp_rods.errors import RodFailure, RunFolderError
+from warp_rods.documented import Documented
+from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.step_limits import SAFETY, StepLimit
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
-from warp_rods.simulation.watch import EnergyWatch
+from warp_rods.simulation.output import check_output
+from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
 FEWEST_STEPS = 1000
 """Smallest number of equal steps of a run without ``time.step``, for accuracy; bounds on the step are for stability."""
@@ -28,7 +31,7 @@ TOLERANCE_OF_A_STEP = 1e-3
 """Error of a step in units of ``time.tolerance``: errors add up, and rods that move periodically drift in phase."""
 
 
-class Simulation:
+class Simulation(metaclass=Documented):
     """A scene on a device: its surfaces, ensembles, contact forces and time step.
 
     ``notes`` and ``warnings`` are lines for the user. Raises SceneError for faults that the check of a scene does not
@@ -36,11 +39,15 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, device: str | None = None):
-        self.scene, self.device = scene, device_of(device)
+        made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"
+        self.scene, self.device = arguments.instance("scene", scene, Scene, made), device_of(device)
         self._known_failures: set[tuple[str, int]] = set()
         laid_out = layout.lay_out(scene, self.device)
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
+        check_output(scene.output, self.ensembles)
         self.notes = laid_out.notes
+        self.surfaces = {"surface": laid_out.surface, "box.surface": laid_out.container}
+        """The membrane and the container of its box, None where there is none."""
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.rebuild_lists()
@@ -82,8 +89,8 @@ class Simulation:
         return TOLERANCE if self.scene.time.tolerance is None else self.scene.time.tolerance
 
     def __repr__(self) -> str:
-        ensembles = ", ".join(f"{e.count} {name}" for name, e in self.ensembles.items())
-        return f"<Simulation of {ensembles} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
+        counts = [f"{name} ({e.count} rod{'s' if e.count > 1 else ''})" for name, e in self.ensembles.items()]
+        return f"<Simulation of {', '.join(counts)} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
     def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
         """The step of the scene, or a fraction of the smallest bound; and a warning for each bound that it exceeds."""
@@ -100,6 +107,8 @@ class Simulation:
 
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
+        self._end = EndWatch({name: e.ends_of_space for name, e in self.ensembles.items()})
+        self._step_watch = StepWatch(self.step_size)
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -133,11 +142,13 @@ class Simulation:
         called at its times, and ``every(steps=…)`` at frames. The bits of the run do not change. The function may read
         ensembles and call ``stop``.
         """
-        self._hooks.append(Hook(cadence, function))
+        self._hooks.append(Hook.read("attach", (cadence, function)))
 
     def stop(self, reason: str) -> None:
-        """End the run at its next frame, which is saved."""
-        self.stopped = reason
+        """End the run at its next frame, which is saved, for a ``reason`` in words; the first one is kept."""
+        reason = arguments.instance("reason", reason, str, "text that says why the run ends")
+        if self.stopped is None:
+            self.stopped = reason
 
     def advance(self) -> Iterator[int]:
         """Advance to the last frame, calling hooks; yields the number of planned steps since the start."""
@@ -223,6 +234,8 @@ class Simulation:
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
+        self._new_warnings += self._end.check(self.time, found)
+        self._new_warnings += self._step_watch.check(self.time, self.ensembles)
         return found
 
     def new_warnings(self) -> list[str]:
@@ -257,10 +270,19 @@ class Simulation:
         return {**arrays, "frame": np.array(self.frame), "substeps": np.array(self.contact.substeps)}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
-        """Return to a ``state`` of the same scene; the next steps have the same bits."""
+        """Return to a ``state`` of the same scene; the next steps have the same bits.
+
+        Raises SceneError, and changes nothing, for a state that is not one of these ensembles.
+        """
+        parts = {name: _under(f"{name}/", state) for name in self.ensembles}
         for name, ensemble in self.ensembles.items():
-            prefix = f"{name}/"
-            ensemble.restore({k.removeprefix(prefix): a for k, a in state.items() if k.startswith(prefix)})
+            try:
+                ensemble.check_state(parts[name])
+            except SceneError as error:
+                raise SceneError(f"{name}: {error}") from None
+        arguments.whole("state['frame']", state.get("frame"), 0)
+        for name, ensemble in self.ensembles.items():
+            ensemble.restore(parts[name])
         self._surroundings.rebuild_lists()
         self.contact.substeps = int(state.get("substeps", 1))
         self.frame = int(state["frame"])
@@ -273,3 +295,8 @@ class Simulation:
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
         for hook in self._hooks:
             hook.skip_past(self)
+
+
+def _under(prefix: str, state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The arrays whose names begin with a prefix, without it."""
+    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}

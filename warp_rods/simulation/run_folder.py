@@ -1,25 +1,33 @@
-"""The folder of a run: scene as run, trajectory, checkpoint; made only when everything else is ready."""
+"""The folder of a run: scene as run, trajectory, checkpoint, surfaces; made only when everything else is ready."""
 
 from __future__ import annotations
 
 import io
 import os
 import shutil
-import zipfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from filelock import FileLock, Timeout
 
+from warp_rods.archive import read_archive
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.tables import Time
+from warp_rods.simulation.begun import KEPT, Begun
+from warp_rods.simulation.document import METADATA
+from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
 FORMAT = 3
 """Of checkpoints: which arrays make up a state, and which variables its trajectory has."""
-PARTS = (SCENE, STORE, CHECKPOINT, "animation.usdc")
+PARTS = (SCENE, CHECKPOINT, "animation.usdc", *NAMES.values(), STORE)
+"""All that a run may leave; the store is removed last, so that a folder with a part of a run still counts as one."""
+
+State = dict[str, np.ndarray]
 
 
 class RunFolder:
@@ -28,15 +36,26 @@ class RunFolder:
     def __init__(self, path: Path, writer: TrajectoryWriter, lock: FileLock):
         self.path, self.writer, self._lock = path, writer, lock
         self.checkpointed = writer.frames - 1
-        """The frame that a restart goes on from."""
+        """The frame from which a restart continues."""
 
     def __enter__(self) -> RunFolder:
         return self
 
     def __exit__(self, *_exception: object) -> None:
-        """Finish the trajectory and let others write here."""
-        self.writer.close()
-        self._lock.release()
+        """Finish the trajectory and release the folder."""
+        try:
+            self.writer.close()
+        finally:
+            self._lock.release()
+
+    @staticmethod
+    def mark(path: Path) -> tuple[int, ...]:
+        """A mark of the run that a folder holds, which another run would not have; empty where it holds none."""
+        for file in (path / STORE / METADATA, path / STORE):
+            if file.exists():
+                found = os.stat(file)
+                return found.st_dev, found.st_ino, found.st_mtime_ns
+        return ()
 
     @staticmethod
     def check_free(path: Path, overwrite: bool) -> None:
@@ -46,58 +65,118 @@ class RunFolder:
         if not (path / STORE).exists():
             others = [part for part in PARTS if (path / part).exists()]
             if others:
-                raise RunFolderError(f"{path} holds a {others[0]} that is of no run: give another --out")
+                raise RunFolderError(f"{path} holds a {others[0]} that belongs to no run: give another --out")
         elif not overwrite:
             raise RunFolderError(
-                f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to go on"
+                f"{path} holds a run already: give another --out, --overwrite to replace it, or --resume to continue it"
             )
 
     @classmethod
-    def create(cls, path: Path, groups: dict[str, GroupSpec], attributes: dict) -> RunFolder:
-        """A fresh folder; an old run's parts in it are removed."""
+    def create(
+        cls,
+        path: Path,
+        groups: Mapping[str, GroupSpec],
+        attributes: Mapping[str, Any],
+        *,
+        scene: Scene,
+        surfaces: KeptSurfaces,
+        overwrite: bool = False,
+        expected: tuple[int, ...] = (),
+    ) -> RunFolder:
+        """A fresh folder; the parts of the run that it held when its ``mark`` was ``expected`` are removed.
+
+        Raises RunFolderError, and removes nothing, where another process holds the folder or has put a run there since.
+        """
         path.mkdir(parents=True, exist_ok=True)
         lock = _lock(path)
-        for part in PARTS:
-            target = path / part
-            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
-        return cls(path, TrajectoryWriter.create(path / STORE, groups, attributes), lock)
+        try:
+            cls.check_free(path, overwrite)
+            if cls.mark(path) != expected:
+                raise RunFolderError(f"{path} holds another run than before this one was prepared: give another --out")
+            for part in PARTS:
+                _remove(path / part)
+            text = with_files(scene, NAMES).to_toml()
+            attributes = {**attributes, "scene": text, KEPT: surfaces.origins}
+            writer = TrajectoryWriter.create(path / STORE, groups, attributes)
+            for name, data in surfaces.contents.items():
+                replace_file(path / name, data, durable=True)
+            _keep_scene(path, text)
+        except BaseException:
+            lock.release()
+            raise
+        return cls(path, writer, lock)
 
     @classmethod
-    def resume(cls, path: Path, scene: Scene, attributes: dict) -> tuple[RunFolder, dict[str, np.ndarray]]:
-        """The folder of an unfinished run of this very scene, and its last checkpoint.
+    def resume(
+        cls,
+        path: Path,
+        scene: Scene,
+        attributes: Mapping[str, Any],
+        accept: Callable[[State], object] = lambda state: None,
+    ) -> tuple[RunFolder, State]:
+        """The folder of an unfinished run of this scene, and its last checkpoint.
 
-        Raises RunFolderError where there is none, or the scene differs.
+        ``accept`` is called with the state and may raise. Raises RunFolderError where there is none, the scene differs,
+        or something is damaged. A refusal changes nothing in the folder.
         """
-        if not (path / CHECKPOINT).is_file():
-            raise RunFolderError(f"{path} has no {CHECKPOINT} to go on from: run without --resume, perhaps --overwrite")
-        _check_same(Scene.load(path / SCENE), scene, path)
-        try:
-            with np.load(path / CHECKPOINT) as stored:
-                state = dict(stored)
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as fault:
-            raise RunFolderError(f"{path / CHECKPOINT} is damaged ({fault}): run anew with --overwrite") from None
-        if int(state.pop("format", 1)) != FORMAT:
-            raise RunFolderError(f"{path / CHECKPOINT} is of another version of warp-rods: run anew with --overwrite")
+        _refuse_or_accept(path, scene, accept)  # before the lock, which would leave a file
         lock = _lock(path)
-        writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, attributes)
+        try:
+            begun, state = _refuse_or_accept(path, scene, accept)  # another process may have been here
+            text = with_files(scene, {key: name for key, name in NAMES.items() if name in begun.kept}).to_toml()
+            new = {"scene": text} if text != begun.text else {}
+            kept = {key: value for key, value in attributes.items() if key not in ("scene", "scene_hash") or new}
+            writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, {**kept, **new})
+            _keep_scene(path, text)
+        except BaseException:
+            lock.release()
+            raise
         return cls(path, writer, lock), state
 
-    def keep(self, scene: Scene) -> None:
-        """Write down the scene as run."""
-        (self.path / SCENE).write_text(scene.to_toml(), encoding="utf-8")
-
-    def checkpoint(self, state: dict[str, np.ndarray]) -> None:
-        """Replace the checkpoint in one move: whenever the machine stops, one whole checkpoint is there."""
+    def checkpoint(self, state: State) -> None:
+        """Replace the checkpoint as a whole: whenever the machine stops, one whole checkpoint is there."""
         buffer = io.BytesIO()
         np.savez(buffer, format=np.array(FORMAT), **state)  # type: ignore[arg-type]
-        partial = self.path / f".{CHECKPOINT}.partial"
-        with partial.open("wb") as file:
-            file.write(buffer.getbuffer())
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(self.path / CHECKPOINT)
-        _sync(self.path)
+        replace_file(self.path / CHECKPOINT, buffer.getbuffer(), durable=True)
         self.checkpointed = int(state["frame"])
+
+
+def read_checkpoint(path: Path) -> State:
+    """The last checkpoint in a folder; raises RunFolderError where there is none, or it is damaged."""
+    file = path / CHECKPOINT
+    if not file.is_file():
+        raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run without --resume, perhaps --overwrite")
+    try:
+        state = read_archive(file)
+        version = int(state.pop("format", 1))
+    except (ValueError, TypeError) as fault:
+        raise RunFolderError(f"{file} is damaged ({fault}): run the scene again with --overwrite") from None
+    if version != FORMAT:
+        raise RunFolderError(f"{file} is of another version of warp-rods: run the scene again with --overwrite")
+    return state
+
+
+def _refuse_or_accept(path: Path, scene: Scene, accept: Callable[[State], object]) -> tuple[Begun, State]:
+    state = read_checkpoint(path)
+    begun = Begun.read(path)
+    begun.check_times(begun.continued(scene))
+    accept(state)
+    return begun, state
+
+
+def _keep_scene(path: Path, text: str) -> None:
+    """Write down the scene as run, where it is not written yet."""
+    file, data = path / SCENE, text.encode()
+    if not file.is_file() or file.read_bytes() != data:
+        replace_file(file, data, durable=True)
+
+
+def _remove(target: Path) -> None:
+    if target.is_dir():
+        (target / METADATA).unlink(missing_ok=True)  # first, so that nobody reads a half
+        shutil.rmtree(target)
+    else:
+        target.unlink(missing_ok=True)
 
 
 def _lock(path: Path) -> FileLock:
@@ -108,47 +187,3 @@ def _lock(path: Path) -> FileLock:
     except Timeout:
         raise RunFolderError(f"another run is writing to {path}: wait for it, or give another --out") from None
     return lock
-
-
-def _sync(folder: Path) -> None:
-    """Make renames in a folder last through a loss of power, where the system can."""
-    if os.name == "posix":
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-
-
-def as_begun(path: Path, scene: Scene) -> Scene:
-    """The scene with the step and the spacing of frames of the run in a folder, where it leaves them to be chosen.
-
-    What is chosen follows ``time.end``: without this no run could be made longer.
-    """
-    if not (path / SCENE).is_file():
-        return scene
-    before, time = Scene.load(path / SCENE).time, scene.time
-    begun: dict[str, float | None] = {}
-    if time.step is None:
-        begun["step"] = before.step
-    if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
-        begun["save_every"] = before.save_every
-    return scene.model_copy(update={"time": time.model_copy(update=begun)})
-
-
-def _close(new: float | None, old: float | None) -> bool:
-    return new == old if new is None or old is None else bool(np.isclose(new, old, rtol=1e-9, atol=0))
-
-
-def _check_same(before: Scene, scene: Scene, path: Path) -> None:
-    """Raises RunFolderError naming the keys in which a scene is not the one that was run, ``time.end`` apart."""
-    old, new = before.model_dump(), scene.model_dump()
-    differing = [key for key in new if key != "time" and new[key] != old[key]]
-    # The step as run is the frames' spacing over a whole number: its last digits follow the number of frames.
-    keys = ("step", "tolerance", "save_every")
-    same = {key: _close(new["time"][key], old["time"][key]) for key in keys}
-    differing += [f"time.{key}" for key, close in same.items() if not close]
-    if differing:
-        raise RunFolderError(
-            f"{path / SCENE} differs from the scene given in {', '.join(differing)}: only time.end may change, to go on"
-        )

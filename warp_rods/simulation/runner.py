@@ -12,15 +12,20 @@ import numpy as np
 import xarray as xr
 from rich.console import Console
 
+from warp_rods import arguments
 from warp_rods import device as devices
+from warp_rods.documented import Documented
 from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import trajectory
-from warp_rods.simulation.hooks import Cadence, EveryFrame
+from warp_rods.simulation.begun import Begun
+from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
+from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.output import chosen
 from warp_rods.simulation.report import Report
-from warp_rods.simulation.run_folder import RunFolder, as_begun
+from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
 from warp_rods.simulation.trajectory import GroupSpec
 
 CHECKPOINT_EVERY = 2.0
@@ -33,17 +38,25 @@ STEPS = ("steps_taken", "steps_rejected")
 Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 
 
-class Run:
+class Run(metaclass=Documented):
     """A finished run.
 
-    folder: where it is. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a line for each
-    rod that was frozen. messages: all that the run said, in order.
+    folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a
+    line for each rod that was frozen. messages: all that the run said, in order.
     """
 
     def __init__(
-        self, folder: Path, order: list[str], seconds: float, rod_steps: int, lost: list[str], messages: list[str]
+        self,
+        folder: Path,
+        scene: Scene,
+        order: list[str],
+        seconds: float,
+        rod_steps: int,
+        lost: list[str],
+        messages: list[str],
     ):
-        self.folder, self.order, self.seconds, self.rod_steps = folder, order, seconds, rod_steps
+        self.folder, self.scene, self.order = folder, scene, order
+        self.seconds, self.rod_steps = seconds, rod_steps
         self.lost, self.messages = lost, messages
 
     def __repr__(self) -> str:
@@ -65,41 +78,54 @@ def simulate(
     resume: bool = False,
     hooks: Hooks = (),
     console: Console | None = None,
+    then: Callable[[Path, Scene, Report], None] | None = None,
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory and checkpoint.
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence and a function, as
-    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error).
+    ``Simulation.attach`` takes them. console: where progress is shown (default: standard error). then: called at the
+    end, when all frames are saved, with the folder and the messages of the run.
     Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
     none), RodFailure once no rod is left.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
-    folder = Path(out) if out else Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+    stem = Path(scene).stem if isinstance(scene, (str, Path)) else "scene"
+    folder = Path("runs") / stem if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
-    device = devices.choose(device)
+    device, attached = devices.choose(device), read_hooks(hooks)
+    mark = RunFolder.mark(folder)
     if resume:
-        scene = as_begun(folder, scene)
+        read_checkpoint(folder)
+        scene = Begun.read(folder).continued(scene)
     else:
         RunFolder.check_free(folder, overwrite)
     report = Report()
     simulation = _prepare(scene, device, report, console)
-    for cadence, function in hooks:
-        simulation.attach(cadence, function)
+    for hook in attached:
+        simulation.attach(hook.cadence, hook.function)
+    state: dict[str, np.ndarray] | None = None
     if resume:
-        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation))
+        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
     else:
-        kept, state = RunFolder.create(folder, _groups(simulation), _attributes(simulation)), None
+        surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
+        kept = RunFolder.create(
+            folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
+            overwrite=overwrite, expected=mark,
+        )  # fmt: skip
     with kept:
         saver = _Saver(kept, report)
         simulation.attach(EveryFrame(), saver)
         if state is not None:
             _go_on_from(simulation, state, report)
-        kept.keep(simulation.scene)
         start = time.perf_counter()
-        rod_steps = _loop(simulation, kept, report, console)
-        seconds = time.perf_counter() - start
-        saver.keep_messages()
-    return Run(folder, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
+        try:
+            rod_steps = _loop(simulation, kept, report, console)
+            seconds = time.perf_counter() - start
+            if then is not None:
+                then(folder, simulation.scene, report)
+        finally:
+            saver.keep_messages()
+    return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
 
 
 class _Saver:
@@ -114,13 +140,17 @@ class _Saver:
         """A line for each rod that was frozen."""
 
     def __call__(self, simulation: Simulation) -> None:
-        self._kept.writer.append(simulation.time, simulation.variables())
+        output, frame = simulation.scene.output, simulation.variables()
+        saved = {name: chosen(output, simulation.ensembles[name].saved) for name in frame}
+        self._kept.writer.append(
+            simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
+        )
         if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
             self._checkpointed = time.perf_counter()
             self._kept.checkpoint(simulation.state())
         for line in simulation.new_failures():
             self.lost.append(line)
-            self._report.warn(f"lost: {line}; it stays as it was, the others go on")
+            self._report.warn(f"lost: {line}; it keeps its last valid state, the others continue")
         for line in simulation.new_warnings():
             self._report.warn(line)
         self.keep_messages()
@@ -153,8 +183,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
 def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Report) -> None:
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
-    more = ": that is time.end already; make it longer to go on" if simulation.finished else ""
-    report.note(f"going on from t = {simulation.time:g}{more}")
+    more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
+    report.note(f"continuing from t = {simulation.time:g}{more}")
 
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
@@ -184,15 +214,24 @@ def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterat
         yield
     except KeyboardInterrupt:
         again = simulation.frames.times[max(kept.checkpointed, 0)]
-        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume goes on from {again:g}")
+        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume continues from {again:g}")
+        raise
+    except Exception as error:
+        report.keep(f"ended at t = {simulation.now:g} by {type(error).__name__}: {error}")
         raise
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
-    period = np.array(simulation.scene.period)
+    period, output = np.array(simulation.scene.period), simulation.scene.output
     space = {"period": np.where(period > 0, period, np.inf)}
     return {
-        name: GroupSpec(e.count, e.nodes, e.saved, {k: (STATIC[k], v) for k, v in (e.static() | space).items()})
+        name: GroupSpec(
+            e.count,
+            e.nodes,
+            chosen(output, e.saved),
+            {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
+            output.frames_per_file if output else None,
+        )
         for name, e in simulation.ensembles.items()
     }
 
@@ -205,6 +244,5 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "device": str(simulation.device),
         "step": "chosen by error" if simulation.own_steps else simulation.step_size,
         "units": f"length {scene.units.length}" if scene.units else "dimensionless",
-        "scene": scene.to_toml(),
         "scene_hash": scene.hash(),
     }

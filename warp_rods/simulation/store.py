@@ -2,36 +2,43 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import zarr
+from zarr.codecs import Crc32cCodec
 
-from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import ARC, TIME, Variable
 
 STORE = "trajectory.zarr"
-COMPLETE = "_complete_frames"
-# A chunk is rewritten for each of its frames (atomically, by renaming), so it is kept small.
-_CHUNK_BYTES = 8_192
-# Number of frames by which arrays grow, a multiple of every chunk; growing an array takes as long as writing a frame.
-GROWTH = 64
+
+LARGE_FRAME = 512
+"""Bytes of a frame from which on it is a chunk of its own in a shard: reading and decoding a chunk takes about 0.1 ms,
+whatever its size."""
+_CHUNK_BYTES = 131_072
+"""Size of a chunk of several frames; it is written again for each of them."""
+_FILE_BYTES = 268_435_456
+"""Largest size of a shard of several frames."""
+_MOST_IN_A_FILE = 4096
+"""Largest number of frames in a file; the index of a shard is read with every frame."""
 
 
 @dataclass(frozen=True)
 class GroupSpec:
     """The group of one ensemble: ``rods`` rods of ``nodes`` nodes, the variables of a frame, and static arrays.
 
-    ``static`` maps a name to its variable (without the dimension ``frame``) and its values.
+    ``static`` maps a name to its variable (without the dimension ``frame``) and its values. ``frames_per_file``: the
+    largest number of frames in a file; None for the default.
     """
 
     rods: int
     nodes: int
     variables: Mapping[str, Variable]
     static: Mapping[str, tuple[Variable, np.ndarray]] = field(default_factory=dict)
+    frames_per_file: int | None = None
 
     def shape(self, variable: Variable) -> tuple[int, ...]:
         """The shape of one frame of a variable."""
@@ -50,65 +57,53 @@ def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
     # xarray.open_datatree distinguishes coordinates from data by the CF attribute "coordinates".
     group = root.create_group(name, attributes={"coordinates": "time s"})
     for dim, labels in spec.labels().items():
-        coordinate = group.create_array(dim, shape=(len(labels),), dtype="str", compressors=None, dimension_names=[dim])
-        coordinate[...] = np.array(labels)
+        array = group.create_array(dim, shape=(len(labels),), dtype="str", dimension_names=[dim], **_COMMON)
+        array[...] = np.array(labels)
     static = {"s": (ARC, np.linspace(-0.5, 0.5, spec.nodes)), **spec.static}
     for label, (variable, values) in static.items():
-        shape = spec.shape(variable)
-        _create_array(group, label, variable, shape, shape)[...] = np.broadcast_to(values, shape)
+        _create_static(group, label, variable, np.broadcast_to(values, spec.shape(variable)))
     for label, variable in {**spec.variables, "time": TIME}.items():
-        shape = spec.shape(variable)
-        frame_bytes = int(np.prod(shape)) * np.dtype(variable.dtype).itemsize
-        frames = next(n for n in (64, 32, 16, 8, 4, 2, 1) if n * frame_bytes <= _CHUNK_BYTES or n == 1)
-        _create_array(group, label, variable, (0, *shape), (frames, *shape))
+        _create_growing(group, label, variable, spec.shape(variable), spec.frames_per_file)
 
 
-def _create_array(
-    group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], chunks: tuple[int, ...]
-) -> zarr.Array:
-    return group.create_array(
+_COMMON: Any = {
+    # Positions hardly compress, compression would take a third of the time, and sizes of chunks would not be known.
+    "compressors": [Crc32cCodec()],
+    "chunk_key_encoding": {"name": "default", "separator": "."},  # one folder for each array
+}
+
+
+def _create_static(group: zarr.Group, name: str, variable: Variable, values: np.ndarray) -> None:
+    """An array with its values. Where they are all equal they are its fill value, and no file is needed."""
+    first = values.flat[0]
+    equal = bool((values == first).all())
+    array = group.create_array(
+        name, shape=values.shape, chunks=values.shape, dtype=variable.dtype, fill_value=first if equal else np.nan,
+        dimension_names=variable.dims, attributes=variable.attributes, config={"write_empty_chunks": not equal},
+        **_COMMON,
+    )  # fmt: skip
+    array[...] = values
+
+
+def _create_growing(group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
+    """An array without frames: large frames each a chunk in a shard, several small ones in one chunk."""
+    size = math.prod(shape) * np.dtype(variable.dtype).itemsize
+    count = max(1, min(most or _MOST_IN_A_FILE, (_FILE_BYTES if size >= LARGE_FRAME else _CHUNK_BYTES) // size))
+    files = (count, *shape)
+    layout: dict[str, Any] = {"chunks": files}
+    if size >= LARGE_FRAME:
+        layout = {"chunks": (1, *shape), "shards": {"shape": files, "index_location": "start"}}
+    group.create_array(
         name,
-        shape=shape,
-        chunks=chunks,
-        compressors=None,  # positions hardly compress, and compression would take a third of the time
+        shape=(0, *shape),
+        **layout,
         dtype=variable.dtype,
-        fill_value=np.nan if variable.dtype.startswith("float") else 0,
+        # Readers show the fill value where a file is missing, and a status of 0 would mean that all is well.
+        fill_value=np.nan if variable.dtype.startswith("float") else -1,
         dimension_names=variable.dims,
         attributes=variable.attributes,
+        **_COMMON,
     )
-
-
-def open_store(path: Path, mode: Any) -> zarr.Group:
-    """The root of the store at ``path``; raises RunFolderError if there is none."""
-    if not (path / "zarr.json").is_file():
-        raise RunFolderError(
-            f"There is no run in {path.parent}: {path.name} is missing. "
-            "Give the folder that `warp-rods run SCENE --out DIR` wrote."
-        )
-    try:
-        return zarr.open_group(path, mode=mode, use_consolidated=False)
-    except Exception as fault:
-        raise RunFolderError(f"{path} cannot be read ({fault}): run the scene again.") from fault
-
-
-def read_array(group: zarr.Group, name: str) -> zarr.Array:
-    """The array of this name."""
-    array = group[name]
-    assert isinstance(array, zarr.Array)
-    return array
-
-
-def complete_frames(root: zarr.Group) -> int:
-    """The number of complete frames; raises RunFolderError if the store is not a trajectory of this package."""
-    if COMPLETE not in root:
-        raise RunFolderError(f"{root.store_path} is not a trajectory of warp-rods: run the scene again.")
-    return int(np.asarray(read_array(root, COMPLETE)[...]))
-
-
-def frame_arrays(group: zarr.Group) -> dict[str, zarr.Array]:
-    """The arrays of a group that have a dimension ``frame``, by name."""
-    arrays = sorted(group.arrays())
-    return {name: array for name, array in arrays if dims_of(array)[:1] == ("frame",)}
 
 
 def dims_of(array: zarr.Array) -> tuple[str, ...]:

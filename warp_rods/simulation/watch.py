@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from warp_rods.rods.ensemble import Ensemble
+
+NEAR = 0.1
+"""Users are warned of filaments closer than this to the end of their surface, in units of their length."""
 RISE = 1e-3
 """Users are warned if the energy of passive filaments rises by more than this fraction between frames; round-off is
 much smaller."""
@@ -43,3 +49,50 @@ class EnergyWatch:
             f"by t = {time:g} the energy of {which} rose from {previous[rose[0]]:.4g} to {energy[rose[0]]:.4g}, but "
             f"passive filaments can only lose energy: use a smaller time step or more nodes"
         )
+
+
+class EndWatch:
+    """Checks that filaments stay away from the end of their surface, the box in which φ is given."""
+
+    def __init__(self, ends: dict[str, tuple[np.ndarray, np.ndarray]]):
+        """ends: lower and upper corner [3] of the box by ensemble."""
+        self._ends = {name: (low, high) for name, (low, high) in ends.items() if np.isfinite([low, high]).any()}
+
+    def check(self, time: float, frame: dict[str, dict[str, np.ndarray]]) -> list[str]:
+        """Warnings for ensembles of which a filament has come near the end; frame: {ensemble: variables}."""
+        lines = []
+        for name, (low, high) in list(self._ends.items()):
+            position, length = frame[name]["position"], frame[name]["length"]
+            left = np.minimum(position - low, high - position).min(axis=(1, 2))
+            left = np.where(frame[name]["status"] == 0, left, np.inf)
+            if (near := left < NEAR * length).any():
+                rod = int(np.argmin(left))
+                del self._ends[name]
+                lines.append(
+                    f"at t = {time:g} {int(near.sum())} of {name} are close to the end of their surface (rod {rod} is "
+                    f"{left[rod]:.3g} from the box in which φ is given); a rod that reaches it is frozen"
+                )
+        return lines
+
+
+class StepWatch:
+    """Checks that the step is below the bound where filaments are, which may be on sharper bends than at the start."""
+
+    def __init__(self, step: float):
+        self._step, self._warned = step, set[str]()
+
+    def check(self, time: float, ensembles: Mapping[str, Ensemble]) -> list[str]:
+        """Warnings for ensembles of which a filament has come to a place with a bound below the step."""
+        lines = []
+        for name, rods in ensembles.items():
+            if name in self._warned:
+                continue
+            bounds = np.where(rods.status == 0, rods.present_limits, np.inf)
+            rod = int(np.argmin(bounds))
+            if bounds[rod] < self._step:
+                self._warned.add(name)
+                lines.append(
+                    f"at t = {time:g} the step {self._step:.3g} is above {bounds[rod]:.3g}, the bound for rod {rod} of "
+                    f"{name} where it is now: the result can be wrong without diverging; use time.step below that"
+                )
+        return lines

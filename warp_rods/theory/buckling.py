@@ -6,6 +6,8 @@ with Ω perturbed at one node, so that no equation is derived a second time.
 
 from __future__ import annotations
 
+__all__ = ["Clamped", "critical_length", "equilibrium", "follow", "growth_rate", "linearise"]
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from warp_rods.documented import Documented
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.bound.rods import BoundRods
 
@@ -29,7 +32,7 @@ FIRST_CHANGE = 1e-2
 
 
 @dataclass(frozen=True)
-class Clamped:
+class Clamped(metaclass=Documented):
     """A filament clamped at ``position`` [3] along ``direction`` [3] on ``surface``; its tip is free.
 
     ``parameters``: stiffness, intrinsic and drag, each [3], as ``BoundRods`` takes them. The functions below take its

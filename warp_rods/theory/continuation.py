@@ -7,11 +7,14 @@ the same meaning everywhere.
 
 from __future__ import annotations
 
+__all__ = ["Bifurcation", "Branch", "follow"]
+
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.arrays import PARAMETERS
 from warp_rods.theory.steady import TOLERANCE, FixedShape, at_rest
@@ -32,7 +35,7 @@ SMALLEST_FREQUENCY = 1e-4
 
 
 @dataclass(frozen=True)
-class Bifurcation:
+class Bifurcation(metaclass=Documented):
     """Where an eigenvalue crosses the imaginary axis.
 
     kind: "fold", "Hopf" or "branch point" (pitchforks included). value: of the parameter. frequency: |Im μ| there,
@@ -46,7 +49,7 @@ class Bifurcation:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(metaclass=Documented):
     """Fixed shapes in order along a branch, with their values of the parameter [point].
 
     eigenvalues: the leading ones of each shape, largest real part first [point, eigenvalue].

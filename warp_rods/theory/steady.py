@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
@@ -27,7 +28,7 @@ DIVERGENCE = 1e6
 
 
 @dataclass(frozen=True)
-class FixedShape:
+class FixedShape(metaclass=Documented):
     """A shape of a swimmer, and the rate Ω = ``spin`` at which it rotates about its own tangent in the Bishop frame.
 
     fields: Re k, Im k, τ, f [4, node]; 1/L and f*. ``dk/dt = iΩk``, while τ and f are constant.

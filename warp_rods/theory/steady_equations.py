@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, sparse
 
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.arrays import PARAMETERS
 from warp_rods.rods.free.flagella import Flagella
@@ -23,7 +24,7 @@ from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import from_midpoint
 from warp_rods.rods.per_rod import each_rod
 from warp_rods.scene.flagella import DEFAULT_LAW
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 
 DEFAULTS = {
     "moment": 0.0, "drag_ratio": 2.0, "rotational_drag": 3e-3, "relaxation": 1e-2, "diffusion": 1e-3,
@@ -45,7 +46,7 @@ STRAIGHT = 1e-7
 
 
 @dataclass(frozen=True)
-class Swimmer:
+class Swimmer(metaclass=Documented):
     """One swimmer whose fixed shapes are sought, with the dimensionless parameters of ``FreeRods``.
 
     parameters: bend β⊥ and twist β∥; optional, with ``DEFAULTS``, are moment M, drag_ratio η, rotational_drag ηr,
@@ -54,6 +55,8 @@ class Swimmer:
     SceneError for an unknown or missing parameter and for a planar swimmer with a moment.
     """
 
+    _unlisted = frozenset({"rods", "law"})
+
     nodes: int
     parameters: Mapping[str, float]
     planar: bool = True
@@ -61,7 +64,9 @@ class Swimmer:
     held: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        whole = DEFAULTS | {name: float(value) for name, value in self.parameters.items()}
+        # ``FreeRods.parameters`` also lists how the flagella begin and whether symmetry is imposed.
+        given = {name: value for name, value in self.parameters.items() if name not in ("flagella", "symmetric")}
+        whole = DEFAULTS | {name: float(value) for name, value in given.items()}
         wrong, missing = whole.keys() - set(PARAMETERS), set(PARAMETERS) - whole.keys()
         if wrong or missing:
             faulty = ", ".join(sorted(wrong | missing))
@@ -71,7 +76,7 @@ class Swimmer:
         object.__setattr__(self, "parameters", whole)
 
     @classmethod
-    def of(cls, table: Swimmers, rod: int = 0, planar: bool | None = None) -> Swimmer:
+    def of(cls, table: SwimmersTable, rod: int = 0, planar: bool | None = None) -> Swimmer:
         """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0.
 
         With the law ``held`` its flagella keep their profile. Raises SceneError for another law than these two.

@@ -164,6 +164,7 @@ def test_stretch_force_is_the_force_that_does_work_along_the_membrane(device):
     assert np.abs(rods.tension[:, [0, -1]]).min() > 0.01
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["torus", "cassini"])
 def test_what_a_filament_feels_it_passes_on_to_its_membrane(kind, device):
     """External force less drag is the force on the membrane, and so for the torque; bent filaments that move."""

@@ -216,7 +216,7 @@ def test_a_failing_rod_is_frozen_and_named_and_the_others_continue():
     rods = BoundRods(TORUS, [[1.4, 0, 0]] * 2, [[0, 1, 0.2]] * 2, nodes=33, length=[0.5, 0.6])
     force = np.zeros((2, 33, 3))
     force[1, 16] = np.nan
-    rods.force = force
+    rods.force_array.assign(force)
     before = rods.position[1]
     rods.step(1e-3, 10)
     (failure,) = rods.failures()

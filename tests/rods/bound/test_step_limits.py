@@ -8,7 +8,17 @@ import pytest
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
-from warp_rods.rods.step_limits import filament_limits, orientation_limit, orientation_stiffness
+from warp_rods.rods.step_limits import (
+    BENDING,
+    SLIDING,
+    bent_start_limit,
+    filament_limits,
+    membrane_limit,
+    node_limit,
+    orientation_limit,
+    orientation_stiffness,
+    sliding_limit,
+)
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import Simulation
 
@@ -112,3 +122,54 @@ def test_the_stiffest_rod_of_an_ensemble_sets_the_bound():
         return filament_limits(CYLINDER, np.array([[1.0, 0, 0]]), rods).step
 
     assert bound(5.0) == bound(5.0, 2.0) < bound(2.0) < bound()
+
+
+def filaments(length: float = 0.5, intrinsic=(0.0, 1.0, 0.0), drag=(1.0, 2.0, 0.1)) -> SimpleNamespace:
+    one = {"stiffness": (1.0, 1.0, 1.0), "intrinsic": intrinsic, "drag": drag, "length": length}
+    return SimpleNamespace(nodes=33, **{name: np.array([value]) for name, value in one.items()})
+
+
+THIN = {
+    "cassini": ({"a": 1.0, "b": 1.003}, [[np.sqrt(1.003**2 - 1), 0.0, 0.0]]),
+    "bridge": ({"neck": 0.06, "body": 1.0, "width": 0.3, "length": 6.0}, [[0.06, 0.0, 0.0]]),
+}
+"""Surfaces with thin necks, and a point of the neck."""
+
+
+@pytest.mark.parametrize("kind", THIN)
+def test_the_bound_is_that_of_the_thinnest_neck(kind):
+    """400 points that are uniform in area miss it."""
+    values, neck = THIN[kind]
+    surface, rods = surfaces.make(kind, values), filaments(length=0.1, drag=(1e3, 2.0, 0.1))
+    exact = filament_limits(surface, np.array(neck), rods).step
+    assert membrane_limit(surface, rods).step == pytest.approx(exact, rel=0.05)
+
+
+def test_the_bound_counts_where_the_nodes_are():
+    """A neck far from everything else: of 3000 lengths of tube one is curved."""
+    surface = surfaces.make("bridge", {"neck": 0.4, "body": 1.0, "width": 1.0, "length": 3000.0})
+    rods = BoundRods(surface, [[0.4, 0, 0]], [[0, 1, 0]], nodes=33, length=0.4)
+    exact = filament_limits(surface, rods.position.reshape(-1, 3), rods).step
+    assert membrane_limit(surface, rods, rods.position).step == pytest.approx(exact, rel=0.05)
+    assert node_limit(rods.curvature, rods)[0] == pytest.approx(exact, rel=1e-2)
+
+
+def test_the_bound_of_sliding_on_a_crest():
+    """On z = a cos kx at x = 0: e'' = B2 (σ2 − a k²) a k² (k² + 3 a² k⁴) along x."""
+    a, k, sigma = 0.2, 1.5, 2.0
+    values = {"phi": "z - a*cos(k*x)", "box": [[-3, 3]] * 3, "parameters": {"a": a, "k": k}}
+    sheet = surfaces.make("expression", values)
+    exact = (sigma - a * k**2) * a * k**2 * (k**2 + 3 * a**2 * k**4)
+    rods = filaments(intrinsic=(0.0, sigma, 0.0), drag=(0.01, 2.0, 0.1))
+    beside = np.array([[x, 0.0, a * np.cos(k * x)] for x in (0.0, 0.5)])
+    found = sliding_limit(sheet, beside, rods).step
+    assert found == pytest.approx(SLIDING * 0.01 / exact, rel=1e-3)
+    sphere = surfaces.make("sphere", {"radius": 1.0})
+    assert sliding_limit(sphere, np.array([[0.0, 0.0, 1.0]]), rods).step > 1e6
+
+
+def test_a_bent_start_bounds_the_step_by_its_relaxation():
+    rods = filaments(length=0.5)
+    assert bent_start_limit(rods, np.zeros((1, 33))).step == np.inf
+    bent = bent_start_limit(rods, np.full((1, 33), 1.0)).step
+    assert bent == pytest.approx(BENDING * 2.0 * 0.5**4 / 4.73004**4, rel=1e-4)

@@ -8,7 +8,7 @@ from warp_rods.errors import SceneError
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.modes import coefficients
-from warp_rods.scene.swimmers import Swimmers
+from warp_rods.scene.swimmers import SwimmersTable
 
 S = np.linspace(-0.5, 0.5, 65)
 HELD = {"name": "cells", "count": 1, "nodes": 65, "bend": 2e-3, "twist": 1e-3, "flagella": {"law": "held"}}
@@ -30,7 +30,7 @@ def test_held_flagella_do_not_change_at_all(device, profile):
 
 def test_the_fixed_shape_of_held_flagella_is_that_of_the_run():
     """Largest curvature 6.55 and speed 0.576, from the table of a scene; with diffusion the rod would be straight."""
-    cell = Swimmers(**HELD)
+    cell = SwimmersTable(**HELD)
     swimmer = wr.steady.Swimmer.of(cell)
     np.testing.assert_array_equal(swimmer.held, -np.tanh(10 * S))
     u = wr.steady.settled(swimmer, {"kind": "mode", "amplitude": 3.0})

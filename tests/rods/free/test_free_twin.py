@@ -107,7 +107,7 @@ def test_a_failing_rod_is_frozen_and_the_others_continue(device):
     rods.step(STEP, 10)
     frozen = rods.position[1]
     force[1, 20] = np.nan
-    rods.force = force
+    rods.force_array.assign(force)
     rods.step(STEP, 10)
     fine.step(STEP, 20)
     assert rods.status.tolist() == [0, 1, 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -31,15 +31,15 @@ JOINED = ("position", "strain", "activity", "energy", "status")
 def together(run: xr.DataTree, *names: str) -> xr.Dataset:
     """Ensembles of a run as one swarm: all their rods, with the variables that measures of swarms need.
 
-    ``names`` of the ensembles; by default all swimmers. Raises ValueError where there are none, for an unknown name,
-    and where rods have different numbers of nodes.
+    ``names`` of the ensembles; by default all swimmers, or all filaments of a run without swimmers. Raises ValueError
+    for an unknown name, and where rods have different numbers of nodes.
     """
-    names = names or swimmers_of(run)
+    names = names or members_of(run)
     if unknown := [name for name in names if name not in run.children]:
         raise ValueError(f"no ensemble called {', '.join(unknown)}: the run has {', '.join(run.children)}")
-    groups = [run[name].to_dataset() for name in names]
-    if len({group.sizes["node"] for group in groups}) > 1:
-        raise ValueError(f"{', '.join(names)} have different numbers of nodes: measure them one by one")
+    members = {name: run[name].to_dataset() for name in names}
+    check_nodes(members)
+    groups = list(members.values())
     shared = [[key for key in JOINED if all(key in group for group in groups)]] * len(groups)
     joined = xr.concat([group[keys] for group, keys in zip(groups, shared, strict=True)], "rod")
     once = {key: groups[0][key] for key in ("period",) if key in groups[0]}
@@ -47,12 +47,16 @@ def together(run: xr.DataTree, *names: str) -> xr.Dataset:
     return joined.assign({**once, **every})
 
 
-def swimmers_of(run: xr.DataTree) -> tuple[str, ...]:
-    """The names of a run's swimmers; raises ValueError where it has none."""
-    names = tuple(name for name, group in run.children.items() if "activity" in group)
-    if not names:
-        raise ValueError(f"no swimmers: the run has {', '.join(run.children)}")
-    return names
+def members_of(run: xr.DataTree) -> tuple[str, ...]:
+    """The names of the ensembles that form the swarm of a run: its swimmers, or its filaments where it has none."""
+    swimmers = tuple(name for name, group in run.children.items() if "activity" in group)
+    return swimmers or tuple(run.children)
+
+
+def check_nodes(groups: Mapping[str, xr.Dataset]) -> None:
+    """Raises ValueError unless all ensembles have the same number of nodes."""
+    if len({group.sizes["node"] for group in groups.values()}) > 1:
+        raise ValueError(f"{', '.join(groups)} have different numbers of nodes: measure them one by one")
 
 
 def surviving(dataset: xr.Dataset) -> xr.Dataset:

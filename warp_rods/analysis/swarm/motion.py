@@ -75,10 +75,15 @@ def displacement_exponent(dataset: xr.Dataset) -> xr.DataArray:
     return found.assign_coords(lag=msd["lag"])
 
 
+def evenly_spaced(times: np.ndarray) -> bool:
+    """Whether the intervals between frames are equal."""
+    spacing = np.diff(times)
+    return np.ptp(spacing) <= 1e-6 * spacing[0]
+
+
 def _interval(dataset: xr.Dataset) -> float:
     """Time between frames."""
     times = dataset["time"].to_numpy()
-    spacing = np.diff(times)
-    if len(times) < 3 or np.ptp(spacing) > 1e-6 * spacing[0]:
+    if len(times) < 3 or not evenly_spaced(times):
         raise ValueError("needs three frames or more, equally spaced in time: select them with dataset.isel(frame=…)")
     return float((times[-1] - times[0]) / (len(times) - 1))

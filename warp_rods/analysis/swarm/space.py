@@ -115,9 +115,14 @@ def _sides(points: np.ndarray, period: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(period), period, np.ptp(points, axis=0) * (number + 1) / max(number - 1, 1))
 
 
+def shortest_side(points: np.ndarray, period: np.ndarray) -> float:
+    """The shortest side of the box of points [point, axis]."""
+    return float(_sides(points, period).min())
+
+
 def _edges(dataset: xr.Dataset, points: np.ndarray, where: Space, reach: float | None, bins: int) -> np.ndarray:
     """Edges of the bins of distance [bin + 1]; points [frame, rod, axis]."""
-    half = min(_sides(now, where.period).min() for now in points) / 2
+    half = min(shortest_side(now, where.period) for now in points) / 2
     if reach is not None and reach > half:
         raise ValueError(f"reach = {reach:g} is more than {half:g}, half the shortest side of the box")
     far = min(REACH * rod_length(dataset), half) if reach is None else reach

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warp_rods import arguments
 from warp_rods.draw.usd.box import draw_box, into_box
 from warp_rods.draw.usd.camera import add_camera_and_lights
 from warp_rods.draw.usd.curves import draw_rods, sampled
@@ -45,7 +46,12 @@ def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
     run = open_run(run_dir)
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
-    path = Path(run_dir) / "animation.usdc" if path is None else Path(path)
+    if lacking := [name for name, data in run.children.items() if "energy_density" not in data]:
+        raise RunFolderError(
+            f"{run_dir}: the trajectory of {', '.join(lacking)} has no energy_density, which the colours of the rods "
+            f"show: run the scene with it among output.variables."
+        )
+    path = Path(run_dir) / "animation.usdc" if path is None else arguments.path("path", path)
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
     stage = _new_stage(run, Scene.parse(run.attrs["scene"]))
     try:

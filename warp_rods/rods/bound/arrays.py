@@ -134,6 +134,8 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
+    past.position, past.curvature = per_node(rods, nodes, wp.vec3d, device), per_node(rods, nodes, wp.vec3d, device)
+    past.rotation, past.unfit = per_node(rods, nodes, wp.mat33d, device), per_node(rods, 2, wp.int32, device)
     return past
 
 

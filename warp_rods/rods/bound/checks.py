@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.per_rod import count_of, parameter
+from warp_rods.rods.per_rod import parameter
 from warp_rods.scene.filaments import NO_TIP
 
 if TYPE_CHECKING:
@@ -32,57 +33,49 @@ def parameters_of(given: Mapping[str, Any], count: int) -> dict[str, np.ndarray]
 
 def rows_of_three(name: str, given: Any, count: int | None = None) -> np.ndarray:
     """Finite numbers [rod, 3], of ``count`` rods if it is given; raises SceneError."""
-    try:
-        rows = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"{name}: must be finite numbers [rod, 3]: {error}") from None
+    expected = "[rod, 3]" if count is None else f"{(count, 3)}, one row for each rod"
+    rows = arguments.reals(name, given)
     fits = rows.ndim == 2 and rows.shape[1] == 3 and len(rows) == (count or len(rows)) > 0
     if not fits or not np.isfinite(rows).all():
-        expected = "[rod, 3]" if count is None else f"{(count, 3)}, one row for each rod"
         raise SceneError(f"{name}: must be finite numbers {expected}; has shape {rows.shape}")
     return rows
 
 
 def geodesic_curvatures(given: Any, count: int, nodes: int) -> np.ndarray:
     """Ω [rod, node] from a number, or from values [node] or [rod, node]; raises SceneError."""
-    try:
-        geodesic = np.broadcast_to(np.asarray(given, dtype=float), (count, nodes)).copy()
-    except (TypeError, ValueError) as error:
-        raise SceneError(
-            f"geodesic_curvature: must be a number, or numbers [node] or [rod, node] for {count} rods of {nodes} "
-            f"nodes: {error}"
-        ) from None
-    if not np.isfinite(geodesic).all():
-        raise SceneError("geodesic_curvature: must be finite at every node")
-    return geodesic
+    expected = f"a number, or numbers [node] or [rod, node] for {count} rods of {nodes} nodes"
+    return arguments.fitted("geodesic_curvature", given, (count, nodes), expected)
 
 
-def check(
-    rods: BoundRods,
-    position: np.ndarray,
-    direction: np.ndarray,
-    at: str,
-    ends: tuple[str, str],
-    growth: Mapping[str, Any] | None,
-) -> None:
+def checked_ends(ends: Any) -> tuple[str, str]:
+    """The pair of ends; raises SceneError."""
+    allowed = ("free", "clamped")
+    pair = tuple(ends) if isinstance(ends, (tuple, list, np.ndarray)) else ()
+    if len(pair) != 2:
+        raise arguments.wrong("ends", ends, 'a pair such as ("free", "clamped")')
+    return _one_of("ends", pair[0], allowed), _one_of("ends", pair[1], allowed)
+
+
+def _one_of(name: str, value: Any, allowed: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in allowed:
+        raise arguments.wrong(name, value, f"one of {', '.join(allowed)}")
+    return str(value)
+
+
+def check(rods: BoundRods, position: np.ndarray, direction: np.ndarray, at: Any, grows: bool) -> None:
     """Raises SceneError naming a parameter of ``BoundRods`` with an impossible value, and what is allowed."""
-    if count_of("nodes", rods.nodes) < FEWEST_NODES:
+    if rods.nodes < FEWEST_NODES:
         raise SceneError(f"nodes = {rods.nodes}: must be {FEWEST_NODES} or more")
-    if isinstance(ends, str) or len(ends) != 2:
-        raise SceneError(f'ends = {ends!r}: must be a pair such as ("free", "clamped")')
-    for name, value, allowed in (("at", at, ("start", "middle")), *(("ends", e, ("free", "clamped")) for e in ends)):
-        if value not in allowed:
-            raise SceneError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
-    if rods.surface.moving and "clamped" in ends:
+    _one_of("at", at, ("start", "middle"))
+    if rods.surface.moving and "clamped" in rods.ends:
         raise SceneError(
             "ends: must be free on a moving membrane: φ does not determine how a clamped end moves along the membrane, "
             "nor how its tangent turns"
         )
-    if growth is not None and tuple(ends) == ("clamped", "clamped"):
+    if grows and all(rods.clamped):
         raise SceneError(f"growth{NO_TIP}")
-    spacing = growth.get("spacing") if growth is not None else None
-    if spacing and (rods.length / (rods.nodes - 1) > spacing).any():
-        raise SceneError(f"growth.spacing = {spacing:g}: Δs is larger at the start; use more nodes")
+    if (rods.length / (rods.nodes - 1) > rods.largest_spacing).any():
+        raise SceneError(f"growth.spacing = {rods.largest_spacing:g}: Δs is larger at the start; use more nodes")
     _check_frames(rods, position, direction)
 
 

@@ -11,7 +11,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.bound import angles, energy, frames, levels, linear_systems, load, rod
 from warp_rods.kernels.layout import per_rod
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.arrays import ENDS, Arrays, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
@@ -28,7 +28,7 @@ class BoundLaunches:
         self._membrane = surface
         self._parameters = surface.device_parameters(self.device)
         self._parameters_time = 0.0
-        self._ends = tuple(wp.vec3d(*corner) for corner in getattr(surface, "ends", ((-np.inf,) * 3, (np.inf,) * 3)))
+        self._ends = tuple(wp.vec3d(*corner) for corner in ends_of(surface))
         self._surface = frames.on_surface(surface.field)
         self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self.version = object()

@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
 from warp_rods.rods.bound.arrays import GEODESIC, allocate, tracked_node
-from warp_rods.rods.bound.checks import check, geodesic_curvatures, parameters_of, rows_of_three
+from warp_rods.rods.bound.checks import check, checked_ends, geodesic_curvatures, parameters_of, rows_of_three
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
-from warp_rods.rods.ensemble import Ensemble, Parameter
+from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.pace import PACE
-from warp_rods.rods.step_limits import StepLimit, membrane_limit
+from warp_rods.rods.step_limits import StepLimit, membrane_limit, node_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -53,6 +54,10 @@ class BoundRods(BoundReadings, Ensemble):
     stiffness = Parameter("Stiffness B of twist, normal and geodesic bending [rod, 3].")
     intrinsic = Parameter("Intrinsic strains σ [rod, 3].")
     drag = Parameter("Drag ζ∥, ζ⊥, ζr [rod, 3].")
+    surface = Fixed[Surface]("The membrane.")
+    ends = Fixed[tuple[str, str]]("The first and the last end, each free or clamped.")
+    growth = Fixed[growth_tables.Knots]("Times and lengths [rod, knot] of a length that is linear between knots.")
+    largest_spacing = Fixed[float]("The number of nodes is doubled before Δs exceeds it; length.")
 
     def __init__(
         self,
@@ -71,21 +76,29 @@ class BoundRods(BoundReadings, Ensemble):
         growth: Mapping[str, Any] | None = None,
         device=None,
     ):
+        made = "a Surface, which surfaces.make(kind, parameters) returns"
+        surface = arguments.instance("surface", surface, Surface, made)
         position = rows_of_three("position", position)
         direction = rows_of_three("direction", direction, len(position))
         given = {"length": length, "stiffness": stiffness, "intrinsic": intrinsic, "drag": drag}
-        super().__init__(len(position), nodes, parameters_of(given, len(position)), device)
-        self.surface = surface
-        check(self, position, direction, at, ends, growth)
-        self.clamped = (ends[0] == "clamped", ends[1] == "clamped")
-        self.largest_spacing = np.inf if growth is None else growth.get("spacing") or np.inf
-        self.growth = growth_tables.knots(growth, self.length)
-        self._saved_nodes = nodes
+        parameters = parameters_of(given, len(position))
+        grown = growth_tables.read(growth)
+        fixed = {"surface": surface, "ends": checked_ends(ends)}
+        fixed |= {"growth": growth_tables.knots(grown, parameters["length"]), "largest_spacing": grown.largest_spacing}
+        super().__init__(len(position), nodes, parameters, device, **fixed)
+        check(self, position, direction, at, grows=growth is not None)
+        self._saved_nodes = self.nodes
+        self._refined = False
         self._shown = np.inf
-        geodesic = geodesic_curvatures(geodesic_curvature, self.count, nodes)
+        geodesic = geodesic_curvatures(geodesic_curvature, self.count, self.nodes)
         with exclusive:
             self._allocate()
             self._place(position, direction, geodesic, 0 if at == "start" else self.middle)
+
+    @property
+    def clamped(self) -> tuple[bool, bool]:
+        """Whether the first and the last end are clamped."""
+        return self.ends[0] == "clamped", self.ends[1] == "clamped"
 
     @property
     def middle(self) -> int:
@@ -178,6 +191,16 @@ class BoundRods(BoundReadings, Ensemble):
         return membrane_limit(self.surface.at(self.time), self)
 
     @property
+    def present_limits(self) -> np.ndarray:
+        """The bound on the step of each filament, from the curvature of the surface where it is now [rod]."""
+        return node_limit(self.curvature, self)
+
+    @property
+    def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [3] of the box in which φ is given."""
+        return ends_of(self.surface)
+
+    @property
     def recordable(self) -> bool:
         """False if a step may refine the rods, the membrane moves, or threads share a step."""
         return self.largest_spacing == np.inf and not self.surface.moving and self._launches.threads == 1
@@ -195,6 +218,7 @@ class BoundRods(BoundReadings, Ensemble):
     def refine(self) -> None:
         """Insert a node between any two adjacent nodes; the order of the next steps does not suffer."""
         state = refined_state(self.state(), self.largest_spacing)
+        self._refined = True
         self.restore(state)
 
     # --- contact -----------------------------------------------------------------------------------------
@@ -237,11 +261,23 @@ class BoundRods(BoundReadings, Ensemble):
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
         return arrays | {"status": self._f.status, "force": self._f.force}
 
+    def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
+        """The number of nodes in a state, which refinement may have changed."""
+        shape = np.shape(state.get("now", ()))
+        nodes = shape[1] if len(shape) == 2 else 0
+        may_differ = self.largest_spacing < np.inf or self._refined
+        refined = may_differ and nodes > 1 and (nodes - 1) % (self._saved_nodes - 1) == 0
+        return nodes if refined else self.nodes
+
+    def _settings(self, rod: int) -> dict[str, Any]:
+        time, length = (knots[rod].tolist() for knots in self.growth)
+        return {"ends": self.ends, "growth": {"time": time, "length": length} if len(time) > 1 else None}
+
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate arrays for the number of nodes in the state, which refinement may have changed."""
         nodes = state["now"].shape[1]
         if nodes != self.nodes:
-            self.nodes = nodes
+            self._nodes = nodes
             self._allocate()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:

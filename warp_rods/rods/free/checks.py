@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.per_rod import count_of, parameter
+from warp_rods.rods.per_rod import parameter
 
 FEWEST_NODES = 17
 RULES = {"moment": "any finite number", "diffusion": "zero or more"}
@@ -19,16 +20,17 @@ SYMMETRIC = 1e-9
 """Larger relative errors of the parities at the start are not regarded as round-off."""
 
 
-def check_nodes(count: int, nodes: int) -> None:
-    """Raises SceneError for fewer than 1 rod, an even number of nodes, or too few nodes."""
-    count_of("count", count)
-    if count_of("nodes", nodes) < FEWEST_NODES or nodes % 2 == 0:
+def check_nodes(count: Any, nodes: Any) -> tuple[int, int]:
+    """Both as int; raises SceneError for fewer than 1 rod, an even number of nodes, or too few nodes."""
+    count, nodes = arguments.whole("count", count), arguments.whole("nodes", nodes)
+    if nodes < FEWEST_NODES or nodes % 2 == 0:
         raise SceneError(f"nodes = {nodes}: must be an odd whole number, {FEWEST_NODES} or more")
+    return count, nodes
 
 
-def parameters_of(given: Mapping[str, Any], count: int) -> dict[str, np.ndarray]:
-    """Each parameter [rod]; raises SceneError naming a parameter with an impossible value."""
-    return {name: parameter(name, value, count, RULES.get(name, "positive")) for name, value in given.items()}
+def parameters_of(given: Mapping[str, Any], count: int, prefix: str = "") -> dict[str, np.ndarray]:
+    """Each parameter [rod]; raises SceneError naming a parameter, after ``prefix``, with an impossible value."""
+    return {name: parameter(prefix + name, value, count, RULES.get(name, "positive")) for name, value in given.items()}
 
 
 def points(position: Any, count: int) -> np.ndarray:
@@ -38,10 +40,7 @@ def points(position: Any, count: int) -> np.ndarray:
 
 def frames(rotation: Any, count: int) -> np.ndarray:
     """Right-handed orthonormal frames [rod, 3, 3] from one for all rods or one for each; raises SceneError."""
-    try:
-        R = np.asarray(rotation, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"rotation: must be a matrix [3, 3], or [rod, 3, 3]: {error}") from None
+    R = arguments.reals("rotation", rotation)
     if R.shape not in ((3, 3), (count, 3, 3)):
         raise SceneError(f"rotation: must be a matrix [3, 3], or {(count, 3, 3)} [rod, 3, 3]; has shape {R.shape}")
     R = np.ascontiguousarray(np.broadcast_to(R, (count, 3, 3)))

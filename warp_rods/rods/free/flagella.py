@@ -6,16 +6,20 @@ The tables of laws and profiles are in ``scene/flagella.py``.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warp_rods import arguments
+from warp_rods.documented import Documented
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import flagella as kernel
 from warp_rods.rods.per_rod import parameter
-from warp_rods.scene.flagella import LAWS, PROFILES
+from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
+from warp_rods.values import plain
 
 MOST_LAW_PARAMETERS = 4
 """The kernels take this many parameters of a law."""
@@ -23,16 +27,18 @@ BALANCED = 1e-9
 """A larger ∫ f ds over a rod is not regarded as round-off."""
 RULES = {"any number": "any finite number", "positive": "positive", "zero or more": "zero or more"}
 """Condition on a parameter of a law → the rule of ``per_rod``."""
+OWN = ("relaxation", "diffusion", "profile", "sharpness", "law")
+"""Fields of ``Flagella`` besides the parameters of the law."""
 
 
 @dataclass(frozen=True)
-class Flagella:
+class Flagella(metaclass=Documented):
     """The flagellar field of an ensemble: profile at the start, law and parameters, dimensionless.
 
     relaxation τf > 0, diffusion D ≥ 0: one number for all rods or one for each; the law ``held`` has no diffusion.
     profile: a name in ``PROFILES``, a function of s in [−1/2, 1/2], or values [node] or [rod, node]. sharpness: of the
-    profile ``tanh``. law: a name in ``LAWS``; numbers: the parameters of that law by name. Raises SceneError for an
-    unknown law or parameter.
+    profile ``tanh``. law: a name in ``LAWS``; numbers: the parameters of that law by name. Arrays are kept as tuples.
+    Raises SceneError for an unknown law or parameter, and for a sharpness that is not positive.
     """
 
     relaxation: Any = 1e-2
@@ -44,7 +50,20 @@ class Flagella:
 
     def __post_init__(self) -> None:
         known = named(LAWS, "flagella.law", self.law).parameters
+        if not isinstance(self.numbers, Mapping):
+            raise arguments.wrong("flagella.numbers", self.numbers, "a mapping of the parameters of the law")
         refuse_unknown(self.numbers, known, f"flagella.numbers of the law {self.law!r}")
+        fixed = {name: plain(getattr(self, name)) for name in ("relaxation", "diffusion", "profile")}
+        fixed |= {"sharpness": arguments.real("flagella.sharpness", self.sharpness)}
+        fixed |= {"numbers": MappingProxyType(plain(self.numbers))}
+        for name, value in fixed.items():
+            object.__setattr__(self, name, value)
+
+    def __hash__(self) -> int:
+        return hash((*(getattr(self, name) for name in OWN), *sorted(self.numbers.items())))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (*(getattr(self, name) for name in OWN), dict(self.numbers))
 
     @classmethod
     def read(cls, given: Flagella | Mapping[str, Any] | None) -> Flagella:
@@ -57,33 +76,41 @@ class Flagella:
         if isinstance(given, cls):
             return given
         if not isinstance(given, Mapping):
-            raise SceneError(f"flagella = {given!r}: must be a mapping, Flagella or None")
-        own = [one.name for one in fields(cls) if one.name != "numbers"]
+            raise arguments.wrong("flagella", given, "a mapping, Flagella or None")
         given = {name: value for name, value in given.items() if value is not None}
         law = named(LAWS, "flagella.law", given.get("law", cls.law))
-        refuse_unknown(given, [*own, *law.parameters, "numbers"], "flagella")
-        numbers = {name: value for name, value in given.items() if name in law.parameters}
-        return cls(
-            **{name: value for name, value in given.items() if name in own},
-            numbers={**given.get("numbers", {}), **numbers},
-        )
+        refuse_unknown(given, [*OWN, *law.parameters, "numbers"], "flagella")
+        numbers = given.get("numbers", {})
+        if isinstance(numbers, Mapping):
+            numbers = {**numbers, **{name: value for name, value in given.items() if name in law.parameters}}
+        return cls(**{name: value for name, value in given.items() if name in OWN}, numbers=numbers)
+
+    def as_table(self) -> dict[str, Any]:
+        """The table ``flagella`` of a scene."""
+        table = {name: getattr(self, name) for name in OWN} | dict(self.numbers)
+        return table if self.law != DEFAULT_LAW else {name: value for name, value in table.items() if name != "law"}
+
+    def of_rod(self, rod: int, count: int) -> dict[str, Any]:
+        """Profile, law and parameters of the law of one of ``count`` rods."""
+        profile = self.profile if isinstance(self.profile, str) else "given"
+        numbers = zip(LAWS[self.law].parameters, self.law_parameters(count)[rod].tolist(), strict=False)
+        return {"profile": profile, "sharpness": self.sharpness, "law": self.law, **dict(numbers)}
 
     def start(self, s: np.ndarray, count: int) -> np.ndarray:
         """f at the start [rod, node] for arc lengths ``s`` [node]; raises SceneError for values that do not fit."""
-        profile = self.profile
+        profile: Any = self.profile
+        expected = (
+            f"one of {', '.join(PROFILES)}, a function of s, or numbers [node] or [rod, node] for {count} rods of "
+            f"{len(s)} nodes"
+        )
         if isinstance(profile, str):
             profile = named(PROFILES, "flagella.profile", profile)(s, self.sharpness)
-        try:
-            given = np.asarray(profile(s) if callable(profile) else profile, dtype=float)
-            values = np.broadcast_to(given, (count, len(s)))
-        except (TypeError, ValueError) as error:
-            raise SceneError(
-                f"flagella.profile: must be one of {', '.join(PROFILES)}, a function of s, or numbers [node] or "
-                f"[rod, node] for {count} rods of {len(s)} nodes: {error}"
-            ) from None
-        if not np.isfinite(values).all():
-            raise SceneError("flagella.profile: must be finite at every node")
-        return np.ascontiguousarray(values)
+        elif callable(profile):
+            try:
+                profile = profile(s)
+            except (TypeError, ValueError, ArithmeticError, LookupError) as error:
+                raise SceneError(f"flagella.profile: must be {expected}; the function fails: {error}") from None
+        return arguments.fitted("flagella.profile", profile, (count, len(s)), expected)
 
     def balancing_twist(self, s: np.ndarray, ratio: np.ndarray, times: float = 1.0) -> np.ndarray:
         """Twist [rod, node] at which c τ' + M f = 0 for f at the start, zero at both ends, multiplied by ``times``.

@@ -47,6 +47,7 @@ class FreeLaunches:
         self._advance_past = RecordedInThreads(parts, self.device)
         self._tick = Recorded(self.clock.launch_tick, self.device)
         self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
+        self.find_force = Recorded(partial(self._launch_force, self.arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
         self.find_material_frame = Recorded(self._launch_material_frame, self.device)
 

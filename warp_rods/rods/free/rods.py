@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free.output import force_field
 from warp_rods.kernels.layout import to_host
-from warp_rods.rods.ensemble import Ensemble, Parameter
+from warp_rods.rods.ensemble import FORCE_STATE, Ensemble, Fixed, Parameter
 from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
 from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
 from warp_rods.rods.free.flagella import Flagella
@@ -20,6 +21,7 @@ from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
 from warp_rods.rods.pace import PACE
+from warp_rods.rods.per_rod import vectors
 from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
@@ -43,14 +45,16 @@ class FreeRods(FreeReadings, Ensemble):
     """Active rods, each with its own parameters. NumPy in, NumPy out; no files.
 
     Quantities are dimensionless as in docs/model.md §1.2: length L, velocity f*/ζ∥, time ζ∥L/f*. One number for all
-    rods or one for each: bend β⊥ and twist β∥ (stiffnesses), moment M, drag_ratio η, rotational_drag ηr.
+    rods or one for each: bend β⊥ and twist β∥, which are stiffnesses and not strains, as in a scene; moment M,
+    drag_ratio η, rotational_drag ηr.
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
     position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
     in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
-    ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first.
+    ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
+    evaluated at every step and at every reading; a rod for which it is not finite is frozen.
 
     Raises SceneError naming the parameter for an even number of nodes or fewer than 17, for impossible values, and
     for values whose shape does not fit.
@@ -58,13 +62,19 @@ class FreeRods(FreeReadings, Ensemble):
 
     saved = SWIMMER_VARIABLES
 
-    bend = Parameter("Bending stiffness β⊥ [rod].")
-    twist = Parameter("Twist stiffness β∥ [rod].")
+    bend = Parameter("Bending stiffness β⊥ [rod]; the same as ``bending_stiffness``.")
+    twist = Parameter(
+        "Twist stiffness β∥ [rod]; the same as ``twist_stiffness``. The twist itself is ``strain[..., 0]``."
+    )
+    bending_stiffness = Parameter("Bending stiffness β⊥ [rod], as trajectories name it.", of="bend")
+    twist_stiffness = Parameter("Twist stiffness β∥ [rod], as trajectories name it.", of="twist")
     moment = Parameter("Active moment M [rod].")
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
     rotational_drag = Parameter("Rotational drag ηr [rod].")
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
     diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
+    flagella = Fixed[Flagella]("The flagella: profile at the start, activity law and its parameters.")
+    symmetric = Fixed[bool]("Whether the symmetry under rotation by π is imposed.")
 
     def __init__(
         self,
@@ -84,23 +94,31 @@ class FreeRods(FreeReadings, Ensemble):
         position: Any = (0.0, 0.0, 0.0),
         rotation: Any = np.eye(3),  # noqa: B008 (never changed)
     ):
-        check_nodes(count, nodes)
-        self.flagella, self.symmetric = Flagella.read(flagella), bool(symmetric)
+        count, nodes = check_nodes(count, nodes)
+        read, symmetric = Flagella.read(flagella), arguments.truth("symmetric", symmetric)
         given = {"bend": bend, "twist": twist, "moment": moment, "drag_ratio": drag_ratio}
         given |= {"rotational_drag": rotational_drag}
-        given |= {"relaxation": self.flagella.relaxation, "diffusion": self.flagella.effective_diffusion}
-        super().__init__(count, nodes, parameters_of(given, count), device)
+        parameters = parameters_of(given, count)
+        own = {"relaxation": read.relaxation, "diffusion": read.effective_diffusion}
+        parameters |= parameters_of(own, count, "flagella.")
+        if external is not None and not isinstance(external, wp.Function):
+            arguments.function("external", external, 3, "a function (t, position, rotation), a wp.func, or None")
+        super().__init__(count, nodes, parameters, device, flagella=read, symmetric=symmetric)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
             self._place(shape, points(position, count), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
             self._external: Callable | None = None
-            if isinstance(external, wp.Function):
-                self._enable_forces(force_field(external))
-            elif external is not None:
-                self._enable_forces()
-                self._external = external
+            if external is not None:
+                self._use(external)
+
+    def _use(self, external: Callable) -> None:
+        """Let a function give the external force."""
+        is_kernel = isinstance(external, wp.Function)
+        self._enable_forces(force_field(external) if is_kernel else None)
+        self._external = None if is_kernel else external
+        self.reserve_force("external")
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
@@ -183,26 +201,23 @@ class FreeRods(FreeReadings, Ensemble):
     @property
     def step_limit(self) -> StepLimit:
         """The largest stable step; empirical, for swimmers only."""
-        return swimmer_limit(self._passive)
+        return swimmer_limit(self, self._passive)
 
     def _apply_external(self) -> None:
         if self._external is None:
             return
         with exclusive:
             position, rotation = to_host(self._arrays.position), to_host(self._arrays.rotation)
-        self.force = self._external(self.time, position, rotation)
+        given = self._external(self.time, position, rotation)
+        self._set_force(vectors(given, self.count, self.nodes, finite=False))
 
-    @property
-    def force(self) -> np.ndarray:
-        """External force per length in space [rod, node, 3]. Set it to one vector, or to one vector for each node."""
+    def _read_force(self) -> np.ndarray:
         if self._arrays.force is None:
             return np.zeros((self.count, self.nodes, 3))
         with exclusive:
+            self._apply_external()
+            self._launches.find_force()
             return to_host(self._arrays.force)
-
-    @force.setter
-    def force(self, value: Any) -> None:
-        self._set_force(value)
 
     @property
     def force_array(self) -> wp.array:
@@ -242,6 +257,9 @@ class FreeRods(FreeReadings, Ensemble):
         stiffness = {"bending_stiffness": self.bend, "twist_stiffness": self.twist}
         return {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
 
+    def _settings(self, rod: int) -> dict[str, Any]:
+        return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
+
     def arrays_of_state(self) -> dict[str, wp.array]:
         """Every device array that the next step depends on."""
         a = self._arrays
@@ -251,12 +269,14 @@ class FreeRods(FreeReadings, Ensemble):
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
         if a.force is not None:
-            arrays |= {"force": a.force, "force_previous": a.external.previous}
+            arrays |= {"force_previous": a.external.previous}
+            # A force from a function is evaluated at every step: the step does not depend on the last value.
+            arrays |= {} if self._force_from == "external" else {"force": a.force}
         return arrays
 
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate the external force if the state has one."""
-        if "force" in state:
+        if any(name in state for name in FORCE_STATE):
             _ = self.force_array
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods import arguments
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.modes import beam_mode
@@ -20,13 +21,15 @@ PERTURBED = 6
 
 def mode(s, amplitude, parameters, flagella, *, mode: int = 0):
     """A beam mode in a plane: κ = amplitude φ_mode."""
-    if not isinstance(mode, (int, np.integer)) or mode < 0:
-        raise SceneError(f"shape.mode = {mode!r}: must be a whole number, 0 or more")
+    mode, highest = arguments.whole("shape.mode", mode, 0), len(s) - 3
+    if mode > highest:  # with fewer than two nodes in a wave it would look like a lower mode
+        raise SceneError(f"shape.mode = {mode}: must be {highest} or less for {len(s)} nodes; use more nodes")
     return _strain(0.0, 0.0, amplitude * beam_mode(mode, s))
 
 
 def writhe(s, amplitude, parameters, flagella, *, balanced: bool = True):
     """A coiled rod (C.63) to (C.65); its twist balances the active moment, or is ten times that, as printed."""
+    balanced = arguments.truth("shape.balanced", balanced)
     twist = flagella.balancing_twist(s, parameters["moment"] / parameters["twist"], 1.0 if balanced else 10.0)
     bending = amplitude * beam_mode(0, s)
     turn = 2 * np.pi * s
@@ -55,14 +58,10 @@ def initial_strain(
     if shape is None:
         shape = {}
     values = _from_table(shape, nodes, parameters, flagella) if isinstance(shape, Mapping) else shape
-    try:
-        strain = np.array(np.broadcast_to(np.asarray(values, dtype=float), (rods, nodes, 3)))
-    except (TypeError, ValueError) as error:
-        raise SceneError(
-            f"shape: must be a table such as {{'kind': 'mode'}}, or strains {(rods, nodes, 3)} [rod, node, 3]: {error}"
-        ) from None
-    if not np.isfinite(strain).all():
-        raise SceneError("shape: strains must be finite at every node")
+    expected = f"a table such as {{'kind': 'mode'}}, or strains {(rods, nodes, 3)} [rod, node, 3]"
+    if np.ndim(values) == 0:
+        raise arguments.wrong("shape", shape, expected)
+    strain = arguments.fitted("shape", values, (rods, nodes, 3), expected)
     strain[:, [0, -1]] = 0.0
     return strain
 

@@ -1,0 +1,127 @@
+"""The run that a folder holds, as it was begun: what may continue it, and how another scene differs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warp_rods.errors import RunFolderError
+from warp_rods.scene.scene import Scene
+from warp_rods.scene.tables import Time
+from warp_rods.simulation.document import Document
+from warp_rods.simulation.files import digest
+from warp_rods.simulation.kept_surfaces import NAMES, from_files, with_files
+from warp_rods.simulation.store import STORE
+from warp_rods.values import key_path, shown
+
+__all__ = ["KEPT", "Begun"]
+
+KEPT = "kept_surfaces"
+"""The attribute of the root of a store with hashes and origins of the surfaces that the folder keeps."""
+MAY_CHANGE = ("output.usd",)
+"""Keys beside [time] that do not change the trajectory."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The run in the folder ``path``: its scene, with the surfaces that the folder keeps, and their origins."""
+
+    path: Path
+    scene: Scene
+    text: str
+    """The scene as the store has it, with names of kept files relative to the folder."""
+    kept: Mapping[str, Mapping[str, str]]
+
+    @classmethod
+    def read(cls, path: Path) -> Begun:
+        """The run in a folder; raises RunFolderError where there is none, and SceneError for a missing surface."""
+        attributes = Document.read(path / STORE).attributes
+        if "scene" not in attributes:
+            raise RunFolderError(f"{path / STORE} has no scene: run without --resume, perhaps with --overwrite")
+        text = attributes["scene"]
+        return cls(path, Scene.parse(text, path.resolve()), text, attributes.get(KEPT, {}))
+
+    def continued(self, scene: Scene) -> Scene:
+        """The scene that continues the run: on its surfaces; with its step and frames where they are not given.
+
+        What is chosen follows ``time.end``: without this no run could be made longer. Raises RunFolderError with every
+        difference where ``scene`` is not that of the run; only ``time.end`` and ``output.usd`` may change.
+        """
+        edited: dict[str, str] = {}
+        files: dict[str, str] = {}
+        for key, table in from_files(scene).items():
+            if (origin := self.kept.get(NAMES[key])) is None:
+                continue
+            edited |= _edited(key, Path(table.parameters["file"]), self.path / NAMES[key], origin)
+            files[key] = str(self.path.resolve() / NAMES[key])
+        scene = with_files(scene, files)
+        old, new = (dict(_leaves(s.model_dump(exclude_none=True))) for s in (self.scene, scene))
+        lines = {
+            key: f"{key}: {_said(old, key)} in the run, {_said(new, key)} in the scene"
+            for key in [*old, *(key for key in new if key not in old)]
+            if old.get(key) != new.get(key) and not key.startswith("time.") and key not in MAY_CHANGE
+        }
+        self._refuse(lines | edited)
+        time, before = scene.time, self.scene.time
+        begun: dict[str, float | None] = {}
+        if time.step is None:
+            begun["step"] = before.step
+        if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
+            begun["save_every"] = before.save_every
+        return scene.model_copy(update={"time": time.model_copy(update=begun)})
+
+    def check_times(self, scene: Scene) -> None:
+        """Raises RunFolderError where step or frames of a scene, as planned, are not those of the run."""
+        old, new = self.scene.time.model_dump(), scene.time.model_dump()
+        # The step as run is the frames' spacing over a whole number: its last digits follow the number of frames.
+        self._refuse(
+            {
+                f"time.{key}": f"time.{key}: {old[key]!r} in the run, {new[key]!r} in the scene"
+                for key in ("step", "save_every")
+                if not np.isclose(new[key], old[key], rtol=1e-9, atol=0)
+            }
+        )
+
+    def _refuse(self, differences: Mapping[str, str]) -> None:
+        if differences:
+            lines = "\n".join(f"  {line}" for line in differences.values())
+            raise RunFolderError(
+                f"the run in {self.path} differs from the scene given in {', '.join(differences)}: only time.end may "
+                f"change, to continue it\n{lines}\n"
+                f"To continue the run as it was begun: warp-rods run {self.path / 'scene.toml'} --out {self.path} "
+                f"--resume. To run the scene given: another --out, or --overwrite."
+            )
+
+
+def _edited(key: str, given: Path, kept: Path, origin: Mapping[str, str]) -> dict[str, str]:
+    """The difference between the file of a scene and the one that the run began with, by content; empty if none."""
+    if given.resolve() == kept.resolve():
+        return {}
+    now = digest(given)
+    if now in (origin["source_sha256"], origin["sha256"]):
+        return {}
+    line = (
+        f"{key}.file: {origin['source']} with SHA-256 {origin['source_sha256']} in the run, {given} with SHA-256 {now} "
+        f"in the scene: the file was edited or is another; {kept} is the surface that the run began with"
+    )
+    return {f"{key}.file": line}
+
+
+def _leaves(value: Any, loc: tuple[str | int, ...] = ()) -> Iterator[tuple[str, Any]]:
+    """The values of a scene by their key paths; lists of numbers are single values."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(item, (*loc, key))
+    elif isinstance(value, tuple) and value and isinstance(value[0], Mapping):
+        for index, item in enumerate(value):
+            yield from _leaves(item, (*loc, index))
+    else:
+        yield key_path(loc), value
+
+
+def _said(leaves: Mapping[str, Any], key: str) -> str:
+    return shown(leaves[key]) if key in leaves else "not given"

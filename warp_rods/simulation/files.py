@@ -1,0 +1,45 @@
+"""Files that are replaced as a whole: whenever a process ends, the old content or the new one is there."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+__all__ = ["digest", "replace_file", "sync"]
+
+
+def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = None, *, durable: bool = False) -> None:
+    """Write ``data`` under the temporary name ``partial`` (default: beside the file) and rename it to ``path``.
+
+    durable: also after a loss of power. The folder of ``path`` must exist; otherwise raises OSError and leaves nothing.
+    """
+    partial = partial or path.with_name(f".{path.name}.partial")
+    try:
+        with partial.open("wb") as file:
+            file.write(data)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+    if durable:
+        sync(path.parent)
+
+
+def sync(folder: Path) -> None:
+    """Make renames in a folder last through a loss of power, where the system can."""
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 (hex) of the content of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive

@@ -140,7 +140,8 @@ class Ensemble(Readings):
             self.set_step(length)
             self.prepare_step(length)
             self.predict_step()
-            self.take_step()
+            self.try_step()
+            self.accept_step()
             self.finish_step()
 
     def lengths_of_steps(self, dt: float, steps: int) -> Iterable[float]:
@@ -210,11 +211,25 @@ class Ensemble(Readings):
         """Put ``position_array`` at the present state, where steps leave it elsewhere."""
 
     @abstractmethod
-    def take_step(self) -> None:
-        """Launch one step of the length given to ``set_step``."""
+    def try_step(self) -> None:
+        """Launch the rest of a step: its result and its error, which are kept beside the present state."""
+
+    @abstractmethod
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of strains over 1/L and their own, and of places over L; 0 for frozen rods.
+
+        Infinite where the result is not valid.
+        """
+
+    @abstractmethod
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state; rods without a valid one are frozen."""
+
+    def reject_step(self) -> None:
+        """Count the step tried as repeated; the present state is as it was."""
 
     def finish_step(self) -> None:
-        """Advance the time on the host after a step."""
+        """Advance the time on the host after a step that was accepted."""
         self._clock.tick()
 
     @property
@@ -243,6 +258,14 @@ class Ensemble(Readings):
     @abstractmethod
     def force_array(self) -> wp.array:
         """External force per length in space on the device [rod, node]; contact writes to it."""
+
+    @property
+    @abstractmethod
+    def contact_stiffness_array(self) -> wp.array:
+        """Σ_j w_j |∂f/∂r| per length of each node against its own motion, in space, on the device [rod, node] (3, 3).
+
+        Contact writes to it; allocated by the first call. Steps treat it as drag, 2 K (u − u*)/a (docs/model.md §6.4).
+        """
 
     @property
     @abstractmethod

@@ -14,7 +14,7 @@ and at the tracked node from ω2, or from its clamp.
 
 import warp as wp
 
-from warp_rods.kernels.bound.rod import angular_velocity, drag_across, is_clamped
+from warp_rods.kernels.bound.rod import angular_velocity, is_clamped, resistance_at
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Scalars2D, real
 from warp_rods.kernels.stencils import half_average
@@ -79,7 +79,7 @@ def turn_to_velocity(f: Filaments, rod: int, i: int) -> wp.vec4d:
     else:
         w[1] -= turning_stiffness(f, rod, i - 1) / h
         w[2] += turning_stiffness(f, rod, i) / h
-    return w / drag_across(f.curvature[rod, i], f.drag[rod])
+    return w / resistance_at(f, rod, i)[2]
 
 
 @wp.kernel

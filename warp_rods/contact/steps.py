@@ -1,156 +1,123 @@
-"""Time steps under contact: divided into substeps before rods could pass through each other (docs/model.md §6.4).
+"""Steps that all ensembles of a scene take together (docs/model.md §1.5, §6.4).
 
-A few substeps form a block. Neighbour lists must be valid for a whole block, otherwise the block is repeated with new
-lists. No node may move by more than a fraction of the core ε in one substep, otherwise the block is repeated with
-substeps of half the length.
+A step is tried before it is taken: every ensemble extrapolates its rods to the end of the step, contact acts there, and
+each ensemble finds the result and its error. Nothing of the present state has changed until then. No node may move by
+more than a fraction of the core ε in one step, otherwise it is repeated shorter.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
-from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.surroundings import Surroundings
+from warp_rods.rods.control import Control
 from warp_rods.rods.ensemble import Ensemble
-from warp_rods.rods.recorded import Recorded
 
-BLOCK = 4
-"""Substeps after which displacements are checked."""
-LARGEST_MOVE = 0.125
-"""Largest displacement of a node in one substep, in units of the core ε."""
-MOST_SUBSTEPS = 1024
-"""Largest number of substeps in one step."""
-SAFETY = 0.5
-"""Fraction of the stability bound that is used, because contact changes until the lists are rebuilt."""
-
-
-def largest_step(rate: float) -> float:
-    """The bound on Δt for a contact rate κ (1/time), Δt = (4/3)/(2κ).
-
-    With an extrapolated force the two-step formula gives (3z² − 4z + 1)/2 = −x(2z − 1), which leaves the unit circle at
-    z = −1, x = 4/3. Both nodes of a pair move, which doubles the rate (docs/model.md §6.4).
-    """
-    return np.inf if rate == 0 else 4 / 3 / (2 * rate)
+LARGEST_MOVE = 0.25
+"""Largest displacement of a node in one step, in units of the core ε."""
+MOST_PARTS = 1024
+"""Largest number of parts of one step of a given length."""
 
 
 class Contact:
     """Steps of all ``ensembles`` of a scene under the forces of their ``surroundings``."""
 
-    def __init__(self, ensembles: Mapping[str, Ensemble], surroundings: Surroundings, device: Any):
-        self._ensembles, self._surroundings, self._device = ensembles, surroundings, device
-        self._graph: Recorded | None = None
-        self._recorded: tuple[object, ...] = ()
-        self.substeps = 1
-        """The present number of substeps in a step: a power of 2."""
-        self._fewest = 1
+    def __init__(self, ensembles: Mapping[str, Ensemble], surroundings: Surroundings):
+        self._ensembles, self._surroundings = ensembles, surroundings
+        self.control = Control(min(e.first_step for e in ensembles.values()))
+        """Steps whose length follows their error."""
+        self.parts = 1
+        """The present number of parts of a step of a given length: a power of 2."""
         self.finest = 1
-        """The largest number of substeps used so far."""
+        """The largest number of parts so far."""
         self.unresolved = False
-        """Whether a node moved too far even in the shortest substeps."""
+        """Whether a node moved too far even in the shortest step."""
+
+    # --- steps of a given length --------------------------------------------------------------------------------------
 
     def advance(self, dt: float, steps: int) -> Iterator[int]:
-        """Take ``steps`` steps of ``dt``; yields from time to time the number of steps taken."""
-        for ensemble in self._ensembles.values():
-            ensemble.show()
-        if not self._surroundings.neighbours:
-            for done in range(1, steps + 1):
-                self._take_substeps(dt, 1)
-                yield done
-            return
-        left, since_listed = self._rebuild_lists(dt, steps * self.substeps), 0.0
-        while left:
-            before, count = self._state(), min(BLOCK, left)
-            self._take_substeps(dt / self.substeps, count)
-            move, moved = self._largest_moves()
-            if move > LARGEST_MOVE and self.substeps < MOST_SUBSTEPS:
-                self._restore(before)
-                left = self._halve(left)
-            elif moved > self._allowed_move and since_listed:
-                self._restore(before)
-                left, since_listed = self._rebuild_lists(dt, left), 0.0
-            else:
-                self.unresolved |= move > LARGEST_MOVE
-                left = self._double(left - count, move)
-                if 2 * moved - since_listed < self._allowed_move:
-                    since_listed = moved
-                else:
-                    left, since_listed = self._rebuild_lists(dt, left), 0.0
-                yield steps - -(-left // self.substeps)
+        """Take ``steps`` steps of ``dt``; yields the number of steps taken after each."""
+        for done in range(1, steps + 1):
+            largest = 0.0
+            for length in self._first.lengths_of_steps(dt, 1):
+                parts = self.parts
+                for _ in range(parts):
+                    largest = max(largest, self._take(length / parts, dt / MOST_PARTS))
+            if 2 * largest < LARGEST_MOVE and self.parts > 1:
+                self.parts //= 2
+            yield done
 
-    def _take_substeps(self, dt: float, count: int) -> None:
+    def _take(self, dt: float, shortest: float) -> float:
+        """Take a step of ``dt``, in halves if a node would move too far; returns the largest move in units of ε."""
+        move = self._try(dt)
+        if move > LARGEST_MOVE and dt > shortest:
+            self.parts = min(2 * self.parts, MOST_PARTS)
+            self.finest = max(self.finest, self.parts)
+            return max(self._take(dt / 2, shortest), self._take(dt / 2, shortest))
+        self._accept(move)
+        return move
+
+    # --- steps by error -----------------------------------------------------------------------------------------------
+
+    def advance_to(self, time: float, tolerance: float, unit: float) -> Iterator[float]:
+        """Advance past ``time`` in steps with errors below ``tolerance``, and show that time; yields the time reached.
+
+        unit: of time, for the shortest step. A rod whose step is not valid even then is frozen.
+        """
+        while self._first.reached < time:
+            control = self.control
+            move = self._try(control.step)
+            error = max(float(e.error_of_step().max()) for e in self._ensembles.values()) / tolerance
+            if control.accepts(error, move / LARGEST_MOVE, unit):
+                self._accept(move)
+            else:
+                for ensemble in self._ensembles.values():
+                    ensemble.reject_step()
+            yield self._first.reached
+        for ensemble in self._ensembles.values():
+            ensemble.show_at(time)
+
+    # --- state --------------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What the next steps depend on, besides the ensembles."""
+        return {"parts": np.array(self.parts), "control": self.control.state()}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Return to a ``state``."""
+        self.parts = int(state["parts"])
+        self.control.restore(state["control"])
+
+    # --- one step -----------------------------------------------------------------------------------------------------
+
+    @property
+    def _first(self) -> Ensemble:
+        return next(iter(self._ensembles.values()))
+
+    def _try(self, dt: float) -> float:
+        """Try a step of ``dt``; returns the largest displacement of a node since the last step, in units of ε."""
         ensembles = self._ensembles.values()
-        recordable = self._surroundings.recordable and all(e.recordable for e in ensembles)
-        for length in next(iter(ensembles)).lengths_of_steps(dt, count):
-            for ensemble in ensembles:
-                ensemble.set_step(length)
-                ensemble.prepare_step(length)
-            if recordable:
-                self._recorded_substep()()
-            else:
-                self._launch()
-            for ensemble in ensembles:
-                ensemble.finish_step()
-
-    def _recorded_substep(self) -> Recorded:
-        """Forces and one substep of every ensemble in a single graph."""
-        versions = (self._surroundings.version, *(ensemble.version for ensemble in self._ensembles.values()))
-        if self._graph is None or self._recorded != versions:
-            self._graph, self._recorded = Recorded(self._launch, self._device), versions
-        return self._graph
-
-    def _launch(self) -> None:
-        for ensemble in self._ensembles.values():
+        for ensemble in ensembles:
+            ensemble.set_step(dt)
+            ensemble.prepare_step(dt)
             ensemble.predict_step()
-        self._surroundings.apply()
+        move = self._surroundings.apply()
+        for ensemble in ensembles:
+            ensemble.try_step()
+        return move
+
+    def _accept(self, move: float) -> None:
+        """Make the step tried the present state."""
+        self.unresolved |= move > LARGEST_MOVE
+        self._surroundings.keep()
+        lost = False
         for ensemble in self._ensembles.values():
-            ensemble.take_step()
-
-    @property
-    def _neighbours(self) -> Neighbours:
-        assert self._surroundings.neighbours is not None
-        return self._surroundings.neighbours
-
-    @property
-    def _allowed_move(self) -> float:
-        """Displacement up to which the lists are valid, in units of the core."""
-        return self._neighbours.skin / self._neighbours.core / 2
-
-    def _largest_moves(self) -> tuple[float, float]:
-        """The largest displacement in a substep, and since the lists were built, in units of the core."""
-        step, since_listed = self._neighbours.largest_moves()
-        return step / self._neighbours.core, since_listed / self._neighbours.core
-
-    def _rebuild_lists(self, dt: float, left: int) -> int:
-        """Rebuild the lists and make the substeps as short as contact requires; returns the substeps left."""
-        self._surroundings.rebuild_lists()
-        bound = SAFETY * largest_step(self._neighbours.contact_rate())
-        self._fewest = 1
-        while dt / self._fewest > bound and self._fewest < MOST_SUBSTEPS:
-            self._fewest *= 2
-        while self.substeps < self._fewest:
-            left = self._halve(left)
-        return left
-
-    def _halve(self, left: int) -> int:
-        """Halve the substeps; returns the substeps left."""
-        self.substeps *= 2
-        self.finest = max(self.finest, self.substeps)
-        return 2 * left
-
-    def _double(self, left: int, move: float) -> int:
-        """Double the substeps, if no node then moves too far and they still end with the step; returns those left."""
-        if self.substeps == self._fewest or left % 2 or 2 * move > LARGEST_MOVE:
-            return left
-        self.substeps //= 2
-        return left // 2
-
-    def _state(self) -> dict[str, dict[str, np.ndarray]]:
-        return {name: ensemble.state() for name, ensemble in self._ensembles.items()}
-
-    def _restore(self, state: dict[str, dict[str, np.ndarray]]) -> None:
-        for name, ensemble in self._ensembles.items():
-            ensemble.restore(state[name])
-        self._surroundings.skip_move()
+            lost |= bool(np.isinf(ensemble.error_of_step()).any())
+            ensemble.accept_step()
+            ensemble.finish_step()
+        if lost:  # a rod that is frozen acts on the others where it was
+            for ensemble in self._ensembles.values():
+                ensemble.show()
+            self._surroundings.keep()

@@ -32,8 +32,10 @@ FORCE_STATE = ("force", "force_previous")
 
 FOR_THE_LOOP = frozenset(
     {
-        *("advance", "set_step", "prepare_step", "take_step", "finish_step", "present_limits", "ends_of_space"),
-        *("recordable", "threads", "version", "refine", "middle", "tracked", "evaluate"),
+        *("advance", "set_step", "prepare_step", "finish_step", "present_limits", "ends_of_space"),
+        *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
+        *("first_step", "lengths_of_steps", "has_own_steps", "advance_to", "steps_taken", "steps_rejected"),
+        *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
@@ -201,6 +203,20 @@ class Ensemble(Readings):
         """Steps of its own that each rod has tried and repeated, because their error was too large [rod]."""
         return np.zeros(self.count, dtype=int)
 
+    @property
+    def reached(self) -> float:
+        """The time that steps have reached; not before ``time``."""
+        return self._clock.reached
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        self._clock.time = time
+
+    @property
+    @abstractmethod
+    def first_step(self) -> float:
+        """The first step that an error may choose, short on every scale of the rods."""
+
     def prepare_step(self, dt: float) -> None:
         """Work on the host before a step of ``dt``."""
 
@@ -234,20 +250,10 @@ class Ensemble(Readings):
 
     @property
     @abstractmethod
-    def recordable(self) -> bool:
-        """Whether a step consists of kernel launches of one thread, so that a longer graph may contain it."""
-
-    @property
-    @abstractmethod
     def threads(self) -> int:
         """The number of threads that share a step."""
 
     # --- contact ----------------------------------------------------------------------------------------------------
-
-    @property
-    @abstractmethod
-    def version(self) -> object:
-        """An object that is replaced when device arrays are; graphs recorded before are then invalid."""
 
     @property
     @abstractmethod

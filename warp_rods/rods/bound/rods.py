@@ -134,27 +134,36 @@ class BoundRods(BoundReadings, Ensemble):
         for name in ("rotation", "position"):
             getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
         pace = self._arrays.pace
-        pace.step.assign(FIRST_STEP * self.drag[:, 1] * self.length**4 / self.stiffness[:, 2])
+        pace.step.assign(self._first_steps)
         pace.highest_order.fill_(HIGHEST_ORDER)
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
     def prepare_step(self, dt: float) -> None:
-        """Refine rods whose spacing would become too large, and set the membrane to the present time."""
-        if self.largest_spacing < np.inf:
-            while (
-                growth_tables.length_at(self.growth, self.time + dt) / (self.nodes - 1) > self.largest_spacing
-            ).any():
-                self.refine()
+        """Refine rods whose spacing would become too large in a step."""
         self._shown = np.inf
+        if self.largest_spacing < np.inf:
+            end = self.reached + dt
+            while (growth_tables.length_at(self.growth, end) / (self.nodes - 1) > self.largest_spacing).any():
+                self.refine()
 
     def predict_step(self) -> None:
         """Launch what puts the rods at the extrapolated state at the end of the step."""
-        self._launches.predict(self.time + self._clock.step)
+        self._launches.predict(self.reached + self._clock.step)
 
-    def take_step(self) -> None:
-        """Launch the rest of a step of the length given to ``set_step``."""
-        self._launches.correct()
+    def try_step(self) -> None:
+        """Launch the rest of a step: its result and its error."""
+        self._launches.try_step()
+
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of L Ω over 1 + L Ω, the angle, and the place over L; infinite: not valid."""
+        with exclusive:
+            return to_host(self._arrays.plan.error)
+
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state."""
+        self._launches.accept()
+        self._shown = np.inf
 
     @property
     def has_own_steps(self) -> bool:
@@ -169,9 +178,22 @@ class BoundRods(BoundReadings, Ensemble):
         if not self.has_own_steps:
             raise SceneError("advance_to: rods on a moving membrane, or refined, take equal steps; use step")
         with exclusive:
-            self._launches.advance_past(time, tolerance, 0.0)
-            self._clock.time = time
-            self._shown = time
+            self._launches.advance_past(time, tolerance, time)
+            self.show_at(time)
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        super().show_at(time)
+        self._shown = time
+
+    @property
+    def _first_steps(self) -> np.ndarray:
+        return FIRST_STEP * self.drag[:, 1] * self.length**4 / self.stiffness[:, 2]
+
+    @property
+    def first_step(self) -> float:
+        """The shortest first step that the rods try."""
+        return float(self._first_steps.min())
 
     @property
     def steps_taken(self) -> np.ndarray:
@@ -201,25 +223,19 @@ class BoundRods(BoundReadings, Ensemble):
         return ends_of(self.surface)
 
     @property
-    def recordable(self) -> bool:
-        """False if a step may refine the rods, the membrane moves, or threads share a step."""
-        return self.largest_spacing == np.inf and not self.surface.moving and self._launches.threads == 1
-
-    @property
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self._launches.threads
-
-    @property
-    def version(self) -> object:
-        """An object that is replaced when device arrays are."""
-        return self._launches.version
 
     def refine(self) -> None:
         """Insert a node between any two adjacent nodes; the order of the next steps does not suffer."""
         state = refined_state(self.state(), self.largest_spacing)
         self._refined = True
         self.restore(state)
+        if self._arrays.contact_stiffness is not None:
+            with exclusive:
+                self._past.foretold.assign(self._f.position)
+                self._past.foretold_at.fill_(self.reached)
 
     # --- contact -----------------------------------------------------------------------------------------
 
@@ -232,6 +248,15 @@ class BoundRods(BoundReadings, Ensemble):
     def force_array(self) -> wp.array:
         """External force per length on the device [rod, node], in space."""
         return self._f.force
+
+    @property
+    def contact_stiffness_array(self) -> wp.array:
+        """Stiffness of contact per length [rod, node] (3, 3), in space, on the device; allocated by the first call."""
+        if self._arrays.contact_stiffness is None:
+            with exclusive:
+                self._launches.enable_contact()
+        assert self._arrays.contact_stiffness is not None
+        return self._arrays.contact_stiffness
 
     @property
     def spacing_array(self) -> wp.array:
@@ -259,6 +284,8 @@ class BoundRods(BoundReadings, Ensemble):
         """Every device array that the next step depends on."""
         arrays = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
+        if self._arrays.contact_stiffness is not None:
+            arrays |= {"foretold": self._past.foretold, "foretold_at": self._past.foretold_at}
         return arrays | {"status": self._f.status, "force": self._f.force}
 
     def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
@@ -277,8 +304,11 @@ class BoundRods(BoundReadings, Ensemble):
         """Allocate arrays for the number of nodes in the state, which refinement may have changed."""
         nodes = state["now"].shape[1]
         if nodes != self.nodes:
+            in_contact = self._arrays.contact_stiffness is not None
             self._nodes = nodes
             self._allocate()
+            if in_contact:
+                self._launches.enable_contact()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""

@@ -29,19 +29,20 @@ INFINITE = wp.constant(real(float("inf")))
 SHORTEN_INVALID = wp.constant(real(0.25))
 """The ratio of a step to one whose result was not valid."""
 SHORTEST = wp.constant(real(1.0e-13))
-"""The shortest step that is tried, in units of the time at its start and of ``target[2]``."""
+"""The shortest step that is tried, in units of the time at its start."""
+SHORTEST_AT_START = wp.constant(real(1.0e-30))
+"""The shortest step at the start, in units of ``target[2]``."""
 
 
 @wp.func
-def find_new_geodesic(f: Filaments, past: History, plan: Plan, weights: Quadruples2D, rod: int):
+def find_new_geodesic(f: Filaments, past: History, plan: Plan, rod: int):
     """From Ω* to Ω at the end of the step.
 
     Ω of a free end stays. To extrapolate it from step to step would amplify round-off as steps grow.
     """
     last = f.geodesic.shape[1] - 1
-    end_rate = f.geodesic_rate[rod, last] - plan.geodesic_slope[rod, last]
     for i in range(last + 1):
-        f.geodesic[rod, i] += geodesic_increment(f, plan.turn, weights, end_rate, plan.rate[rod], rod, i)
+        f.geodesic[rod, i] += geodesic_increment(f, plan.turn, rod, i)
     if f.start_clamped == 0:
         f.geodesic[rod, 0] = past.now[rod, 0]
     if f.end_clamped == 0:
@@ -133,7 +134,7 @@ def judge(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadrupl
     plan.error[rod] = real(0.0)
     if f.active[rod] == 0:
         return
-    find_new_geodesic(f, past, plan, weights, rod)
+    find_new_geodesic(f, past, plan, rod)
     plan.angle[rod] = turn_at(past, plan.value[rod], rod)
     u = node_velocity(f, rod, f.tracked)
     omega = angular_velocity(f, rod, f.tracked)
@@ -158,7 +159,7 @@ def judge(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadrupl
 def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target: Scalars1D):
     """Let a rod repeat a step whose error is above ``target[1]`` with a shorter one; ``dim = rods``.
 
-    A rod is frozen where a step of ``SHORTEST`` units of time is not valid either.
+    A rod is frozen where the shortest step is not valid either.
     """
     rod = wp.tid()
     if f.active[rod] == 0:
@@ -168,7 +169,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
         return
     f.active[rod] = 0
     start = pace.at[rod, 0]
-    if plan.end[rod] - start < SHORTEST * (wp.abs(start) + target[2]):
+    if plan.end[rod] - start < SHORTEST * start + SHORTEST_AT_START * target[2]:
         f.status[rod] = wp.max(plan.status[rod], NOT_FINITE)
         past.failed_at[rod] = start
     factor = step_factor(error, pace.order[rod])

@@ -17,8 +17,6 @@ class Clock:
         self.time = self.reached = 0.0
         self.step = 0.0
         """Δt of the next steps."""
-        self.is_new = True
-        """Whether no step has been taken."""
 
     def set_step(self, dt: float) -> None:
         """Set the length of the next step."""
@@ -28,13 +26,11 @@ class Clock:
     def tick(self) -> None:
         """Advance the time by one step."""
         self.time = self.reached = self.reached + self.step
-        self.is_new = False
 
     def state(self) -> np.ndarray:
-        """The whole state of the clock [4]."""
-        return np.array([self.time, self.reached, self.step, self.is_new])
+        """The whole state of the clock [3]."""
+        return np.array([self.time, self.reached, self.step])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
-        self.time, self.reached, self.step = (float(value) for value in state[:3])
-        self.is_new = bool(state[3])
+        self.time, self.reached, self.step = (float(value) for value in state)

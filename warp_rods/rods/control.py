@@ -15,8 +15,8 @@ SHORTEN_MOST, LENGTHEN_MOST = 0.1, 2.0
 """Bounds of the ratio of a step to the one before."""
 SHORTEN_INVALID = 0.25
 """The ratio of a step to one whose result was not valid."""
-SHORTEST = 1e-10
-"""The shortest step, in units of time given by the user of the steps."""
+SHORTEST, SHORTEST_AT_START = 1e-13, 1e-30
+"""The shortest step, in units of the time that is reached and of that to which the steps go."""
 
 
 class Control:
@@ -27,21 +27,23 @@ class Control:
         self.taken = self.rejected = 0
         self._last_error = 1.0
 
-    def accepts(self, error: float, move: float, unit: float) -> bool:
-        """Whether a try counts with this ``error`` and ``move``, in units of what is allowed; chooses the next step.
+    def accepts(self, dt: float, error: float, move: float, reached: float, target: float) -> bool:
+        """Whether a try of ``dt`` counts with ``error`` and ``move``, in units of what is allowed; chooses the next one.
 
-        A step of ``SHORTEST`` units of time counts whatever its error.
+        From the time ``reached`` on the way to ``target``. The shortest step counts whatever its error.
         """
-        if max(error, move) > 1 and self.step > SHORTEST * unit:
+        most = SAFETY / max(move, SMALLEST_ERROR)
+        if max(error, move) > 1 and dt > SHORTEST * reached + SHORTEST_AT_START * target:
             self.rejected += 1
             by_error = SAFETY * error ** (-1 / 3) if math.isfinite(error) else SHORTEN_INVALID
-            self.step *= float(np.clip(min(by_error, SAFETY / max(move, SMALLEST_ERROR)), SHORTEN_MOST, SAFETY))
+            self.step = dt * float(np.clip(min(by_error, most), SHORTEN_MOST, SAFETY))
             return False
         self.taken += 1
         error = max(error, SMALLEST_ERROR) if math.isfinite(error) else 1.0
         factor = SAFETY * error ** (-INTEGRAL / 3) * self._last_error ** (PROPORTIONAL / 3)
         self._last_error = error
-        self.step *= float(np.clip(min(factor, SAFETY / max(move, SMALLEST_ERROR)), SHORTEN_MOST, LENGTHEN_MOST))
+        longer = dt * float(np.clip(min(factor, most), SHORTEN_MOST, LENGTHEN_MOST))
+        self.step = longer if dt >= self.step else max(self.step, longer)
         return True
 
     def state(self) -> np.ndarray:

@@ -5,10 +5,10 @@ A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONT
 
 from __future__ import annotations
 
-import itertools
+import functools
 import logging
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Generic, NamedTuple, Never, Self, SupportsFloat, SupportsIndex, TypeVar, overload
 
@@ -21,10 +21,11 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.per_rod import check_step, ramp, vectors
+from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
 from warp_rods.rods.step_limits import StepLimit
+from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
 FORCE_STATE = ("force", "force_previous")
@@ -34,7 +35,7 @@ FOR_THE_LOOP = frozenset(
     {
         *("advance", "set_step", "prepare_step", "finish_step", "present_limits", "ends_of_space"),
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
-        *("first_step", "lengths_of_steps", "has_own_steps", "advance_to", "steps_taken", "steps_rejected"),
+        *("first_step", "natural_time", "has_own_steps", "advance_to", "steps_taken", "steps_rejected"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
@@ -138,19 +139,11 @@ class Ensemble(Readings):
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
-        for length in self.lengths_of_steps(dt, steps):
-            self.set_step(length)
-            self.prepare_step(length)
-            self.predict_step()
-            self.try_step()
-            self.accept_step()
-            self.finish_step()
+        exhaust(self._steps.advance(dt, steps))
 
-    def lengths_of_steps(self, dt: float, steps: int) -> Iterable[float]:
-        """The lengths of these steps; the first step from the start is divided, see ``ramp``."""
-        if steps and self._clock.is_new:
-            return itertools.chain(ramp(dt), itertools.repeat(dt, steps - 1))
-        return itertools.repeat(dt, steps)
+    @functools.cached_property
+    def _steps(self) -> Together:
+        return Together([self])
 
     def _warn_of(self, dt: float) -> None:
         if self._warned:
@@ -216,6 +209,11 @@ class Ensemble(Readings):
     @abstractmethod
     def first_step(self) -> float:
         """The first step that an error may choose, short on every scale of the rods."""
+
+    @property
+    @abstractmethod
+    def natural_time(self) -> float:
+        """The shortest time in which a rod changes as a whole."""
 
     def prepare_step(self, dt: float) -> None:
         """Work on the host before a step of ``dt``."""
@@ -320,7 +318,7 @@ class Ensemble(Readings):
         """Everything that the next step depends on. After ``restore`` the next steps have the same bits."""
         with exclusive:
             arrays = {name: to_host(array) for name, array in self.arrays_of_state().items()}
-            return {**arrays, "clock": self._clock.state()}
+            return {**arrays, "clock": self._clock.state(), "steps": self._steps.state()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters.
@@ -337,6 +335,7 @@ class Ensemble(Readings):
                 else:
                     array.zero_()
             self._clock.restore(given["clock"])
+            self._steps.restore(given["steps"])
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays of a state; raises SceneError naming the first that is missing or does not fit."""
@@ -344,13 +343,15 @@ class Ensemble(Readings):
             raise arguments.wrong("state", state, "a mapping of arrays, as state() returns it")
         with exclusive:
             own = {name: shape_of(array) for name, array in self.arrays_of_state().items()}
-        own |= {"clock": self._clock.state().shape}
+        own |= {"clock": self._clock.state().shape, "steps": self._steps.state().shape}
         nodes = self.nodes_of(state)
         if missing := [name for name in own if name not in state and name not in FORCE_STATE]:
             raise SceneError(f"state: has no {missing[0]!r}; must be a state of {type(self).__name__}")
         given = {}
         for name, array in state.items():
-            given[name] = arguments.reals(f"state[{name!r}]", array) if name == "clock" else np.asarray(array)
+            given[name] = (
+                arguments.reals(f"state[{name!r}]", array) if name in ("clock", "steps") else np.asarray(array)
+            )
             shape = own.get(name, (self.count, self.nodes, 3) if name in FORCE_STATE else given[name].shape)
             fits = (shape[0], nodes, *shape[2:]) if shape[1:2] == (self.nodes,) else shape
             if given[name].shape != fits or given[name].dtype.kind not in "iuf":

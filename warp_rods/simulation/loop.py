@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from warp_rods import arguments
-from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.together import LARGEST_MOVE, Together, exhaust
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
@@ -48,7 +48,7 @@ class Simulation(metaclass=Documented):
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.keep()
-        self.contact = Contact(self.ensembles, self._surroundings)
+        self.together = Together(list(self.ensembles.values()), self._surroundings)
         self.warnings = laid_out.warnings
         self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
         """Δt, or the time between frames where steps are chosen by their error."""
@@ -124,7 +124,7 @@ class Simulation(metaclass=Documented):
 
         It is called at the start and then, with ``every(time=…)``, at its times, or after the first step of a given
         length that reaches them. With ``every(steps=…)`` it is called after steps, and where rods take steps of their
-        own, at frames. The bits of the run do not change. The function may read ensembles, set their ``force`` in scenes
+        own, at frames. The bits of the run do not change. The function may read ensembles, set ``force`` in scenes
         without contact and with ``time.step``, and call ``stop``; then it is not called again. Raises SceneError for
         anything that is not a cadence and a function.
         """
@@ -157,7 +157,7 @@ class Simulation(metaclass=Documented):
         """Steps of all rods since the start, those repeated included."""
         if self.own_steps:
             return sum(int(e.steps_taken.sum() + e.steps_rejected.sum()) for e in self.ensembles.values())
-        return (self.steps_taken + self.contact.control.rejected) * self.rods
+        return (self.steps_taken + self.together.control.rejected) * self.rods
 
     @property
     def pace(self) -> str:
@@ -180,7 +180,7 @@ class Simulation(metaclass=Documented):
         target, before = self.frame + 1, self.steps_taken
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
-        for done in self.contact.advance(dt, steps):
+        for done in self.together.advance(dt, steps):
             self.steps_taken = before + done
             yield done
         self.frame = target
@@ -203,8 +203,8 @@ class Simulation(metaclass=Documented):
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
             yield time
         else:
-            for reached in self.contact.advance_to(time, allowed, self.scene.time.end):
-                self.steps_taken = self.contact.control.taken
+            for reached in self.together.advance_to(time, allowed):
+                self.steps_taken = self.together.control.taken
                 yield reached
 
     def warm_up(self) -> None:
@@ -214,7 +214,7 @@ class Simulation(metaclass=Documented):
         if self.by_error:
             exhaust(self._advance_to(1e-12 * self.scene.time.end))
         else:
-            exhaust(self.contact.advance(self.step_size, 1))
+            exhaust(self.together.advance(self.step_size, 1))
         self.variables()
         self.restore(before)
         self._hooks = hooks
@@ -236,7 +236,7 @@ class Simulation(metaclass=Documented):
 
     def new_warnings(self) -> list[str]:
         """Warnings about the results since the last call."""
-        if self.contact.unresolved and not self._contact_warned:
+        if self.together.unresolved and not self._contact_warned:
             self._contact_warned = True
             self._new_warnings.append(
                 f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core even in the "
@@ -263,7 +263,7 @@ class Simulation(metaclass=Documented):
     def state(self) -> dict[str, np.ndarray]:
         """Everything that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        return {**arrays, "frame": np.array(self.frame), **self.contact.state()}
+        return {**arrays, "frame": np.array(self.frame), "steps": self.together.state()}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Return to a ``state`` of the same scene; the next steps have the same bits.
@@ -280,7 +280,7 @@ class Simulation(metaclass=Documented):
         for name, ensemble in self.ensembles.items():
             ensemble.restore(parts[name])
         self._surroundings.keep()
-        self.contact.restore(state)
+        self.together.restore(state["steps"])
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
             raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
@@ -290,15 +290,9 @@ class Simulation(metaclass=Documented):
         if self.own_steps:
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
         elif self.by_error:
-            self.steps_taken = self.contact.control.taken
+            self.steps_taken = self.together.control.taken
         for hook in self._hooks:
             hook.skip_past(self)
-
-
-def exhaust(steps: Iterator[Any]) -> None:
-    """Take all the steps of an iterator."""
-    for _ in steps:
-        pass
 
 
 def _under(prefix: str, state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -194,8 +194,8 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
-    if simulation.contact.finest > 1:
-        report.note(f"contact: steps were cut into {simulation.contact.finest} at times")
+    if simulation.together.finest > 1:
+        report.note(f"contact: steps were cut into {simulation.together.finest} at times")
     if simulation.stopped is not None:
         report.note(f"stopped at t = {simulation.time:g}: {simulation.stopped}")
     if simulation.by_error:
@@ -205,7 +205,7 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
 
 def _steps_by_error(simulation: Simulation) -> str:
     if not simulation.own_steps:
-        control = simulation.contact.control
+        control = simulation.together.control
         return f"{control.taken} steps; {control.rejected} more were repeated shorter"
     taken, rejected = (np.concatenate([getattr(e, name) for e in simulation.ensembles.values()]) for name in STEPS)
     return (

@@ -149,7 +149,7 @@ class BoundLaunches:
         self._launch(angles.find_turn_to_velocity, grid, f, a.weights)
         self._launch(angles.set_angle_rows, grid, f, plan.rate, a.weights, *a.bands)
         slopes = (plan.geodesic_slope, plan.turn_slope)
-        self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.turn)
+        self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.rate, plan.turn)
         self._launch(solve_pentadiagonal, count, *a.bands, plan.turn, a.work_pairs, plan.turn)
         self._launch(step.judge, count, f, a.past, a.pace, plan, a.weights)
 

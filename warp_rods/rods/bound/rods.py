@@ -32,6 +32,8 @@ HISTORY = (
 FIRST_STEP = 1e-9
 """The first step that a rod tries, in units of its slowest bending time in the surface, ζ⊥ L⁴/B3."""
 HIGHEST_ORDER = 3
+FIRST_MODE = 500.56
+"""x⁴ of the first beam mode with free ends, x = 4.73004."""
 
 
 class BoundRods(BoundReadings, Ensemble):
@@ -134,7 +136,7 @@ class BoundRods(BoundReadings, Ensemble):
         for name in ("rotation", "position"):
             getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
         pace = self._arrays.pace
-        pace.step.assign(self._first_steps)
+        pace.step.assign(FIRST_STEP * self._bending_times)
         pace.highest_order.fill_(HIGHEST_ORDER)
 
     # --- steps ------------------------------------------------------------------------------------------------------
@@ -187,13 +189,18 @@ class BoundRods(BoundReadings, Ensemble):
         self._shown = time
 
     @property
-    def _first_steps(self) -> np.ndarray:
-        return FIRST_STEP * self.drag[:, 1] * self.length**4 / self.stiffness[:, 2]
+    def _bending_times(self) -> np.ndarray:
+        return self.drag[:, 1] * self.length**4 / self.stiffness[:, 2]
+
+    @property
+    def natural_time(self) -> float:
+        """The shortest relaxation time of the first bending mode in the surface, L⁴ζ⊥/501 B3."""
+        return float(self._bending_times.min()) / FIRST_MODE
 
     @property
     def first_step(self) -> float:
         """The shortest first step that the rods try."""
-        return float(self._first_steps.min())
+        return FIRST_STEP * float(self._bending_times.min())
 
     @property
     def steps_taken(self) -> np.ndarray:

@@ -10,11 +10,15 @@ from warp_rods.kernels.layout import per_rod
 
 
 class Clock:
-    """``time`` that is shown, ``reached`` by the steps, and ``array`` [Δt, time reached] for the kernels."""
+    """``time`` that is shown, ``reached`` by the steps, and ``array`` [Δt, time reached] for the kernels.
+
+    Steps that a user plans may be divided; ``planned`` are the times reached by the last one and by that before.
+    """
 
     def __init__(self, device: Any):
         self.array = per_rod(2, device=device)
         self.time = self.reached = 0.0
+        self.planned = (0.0, 0.0)
         self.step = 0.0
         """Δt of the next steps."""
 
@@ -27,10 +31,21 @@ class Clock:
         """Advance the time by one step."""
         self.time = self.reached = self.reached + self.step
 
+    def plan(self) -> None:
+        """End a planned step."""
+        self.planned = (self.reached, self.planned[0])
+
+    @property
+    def share(self) -> float:
+        """The time from the last planned step to the end of this step over the length of that planned step, or 0."""
+        last, before = self.planned
+        return (self.reached + self.step - last) / (last - before) if last > before else 0.0
+
     def state(self) -> np.ndarray:
-        """The whole state of the clock [3]."""
-        return np.array([self.time, self.reached, self.step])
+        """The whole state of the clock [5]."""
+        return np.array([self.time, self.reached, self.step, *self.planned])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
-        self.time, self.reached, self.step = (float(value) for value in state)
+        self.time, self.reached, self.step, last, before = (float(value) for value in state)
+        self.planned = (last, before)

@@ -28,7 +28,7 @@ class Control:
         self._last_error = 1.0
 
     def accepts(self, dt: float, error: float, move: float, reached: float, target: float) -> bool:
-        """Whether a try of ``dt`` counts with ``error`` and ``move``, in units of what is allowed; chooses the next one.
+        """Whether a try of ``dt`` counts with ``error`` and ``move``, in units of what is allowed; chooses the next.
 
         From the time ``reached`` on the way to ``target``. The shortest step counts whatever its error.
         """

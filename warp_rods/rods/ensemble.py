@@ -29,7 +29,7 @@ from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
 FORCE_STATE = ("force", "force_previous")
-"""Arrays of the state that an ensemble without external forces may lack."""
+"""Arrays of the state of an ensemble whose force was set."""
 
 FOR_THE_LOOP = frozenset(
     {
@@ -37,7 +37,8 @@ FOR_THE_LOOP = frozenset(
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
         *("first_step", "natural_time", "has_own_steps", "advance_to", "steps_taken", "steps_rejected"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
-        *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
+        *("apply_given_force", "end_planned_step", "position_array", "force_array"),
+        *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
 )
@@ -104,6 +105,9 @@ class Ensemble(Readings):
         self._parameters: Mapping[str, np.ndarray] = MappingProxyType(dict(parameters))
         self._fixed: Mapping[str, Any] = MappingProxyType({**fixed, **parameters})
         self._force_from = ""
+        self._given: np.ndarray | None = None
+        self._given_before: np.ndarray | None = None
+        self._written: np.ndarray | None = None
         with exclusive:
             self._clock = Clock(self.device)
         self._warned = False
@@ -294,13 +298,33 @@ class Ensemble(Readings):
     def force(self, value: Any) -> None:
         if self._force_from:
             raise SceneError(f"force: it cannot be set, because {self._force_from} gives it at every step")
-        self._set_force(vectors(value, self.count, self.nodes))
+        self._given = vectors(value, self.count, self.nodes)
+        self._set_force(self._given)
+        self._written = self._given
+
+    def apply_given_force(self) -> None:
+        """Write the force that was set, extrapolated to the end of the step from its values at planned steps."""
+        if self._given is None:
+            return
+        values, before, share = self._given, self._given_before, self._clock.share
+        if before is not None and before is not values and share > 0:
+            values = values + share * (values - before)
+        if values is not self._written:
+            self._set_force(values)
+            self._written = values
+
+    def end_planned_step(self) -> None:
+        """End a step that the user planned: the force set now is the previous one of the next."""
+        self._given_before = self._given
+        self._clock.plan()
 
     def reserve_force(self, source: str) -> None:
         """Refuse forces set by the user from now on, because ``source`` writes the force at every step."""
         self._force_from = source
 
     def _read_force(self) -> np.ndarray:
+        if self._given is not None:
+            return self._given.copy()
         with exclusive:
             return to_host(self.force_array)
 
@@ -318,6 +342,9 @@ class Ensemble(Readings):
         """Everything that the next step depends on. After ``restore`` the next steps have the same bits."""
         with exclusive:
             arrays = {name: to_host(array) for name, array in self.arrays_of_state().items()}
+            if self._given is not None:
+                arrays["force"] = self._given.copy()
+                arrays["force_previous"] = (self._given if self._given_before is None else self._given_before).copy()
             return {**arrays, "clock": self._clock.state(), "steps": self._steps.state()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -330,12 +357,19 @@ class Ensemble(Readings):
         with exclusive:
             self.allocate_for(given)
             for name, array in self.arrays_of_state().items():
-                if name in given:
-                    array.assign(given[name])
-                else:
-                    array.zero_()
+                array.assign(given[name])
+            self._restore_force(given)
             self._clock.restore(given["clock"])
             self._steps.restore(given["steps"])
+
+    def _restore_force(self, state: Mapping[str, np.ndarray]) -> None:
+        """The forces of a state; one without them has none."""
+        set_before, self._written = self._given is not None, None
+        self._given = self._given_before = None
+        if "force" in state:
+            self._given, self._given_before = (np.array(state[name], dtype=float) for name in FORCE_STATE)
+        elif set_before:
+            self.force_array.zero_()
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays of a state; raises SceneError naming the first that is missing or does not fit."""
@@ -345,14 +379,15 @@ class Ensemble(Readings):
             own = {name: shape_of(array) for name, array in self.arrays_of_state().items()}
         own |= {"clock": self._clock.state().shape, "steps": self._steps.state().shape}
         nodes = self.nodes_of(state)
-        if missing := [name for name in own if name not in state and name not in FORCE_STATE]:
+        own |= {name: (self.count, self.nodes, 3) for name in FORCE_STATE if "force" in state}
+        if missing := [name for name in own if name not in state]:
             raise SceneError(f"state: has no {missing[0]!r}; must be a state of {type(self).__name__}")
         given = {}
         for name, array in state.items():
             given[name] = (
                 arguments.reals(f"state[{name!r}]", array) if name in ("clock", "steps") else np.asarray(array)
             )
-            shape = own.get(name, (self.count, self.nodes, 3) if name in FORCE_STATE else given[name].shape)
+            shape = own.get(name, given[name].shape)
             fits = (shape[0], nodes, *shape[2:]) if shape[1:2] == (self.nodes,) else shape
             if given[name].shape != fits or given[name].dtype.kind not in "iuf":
                 raise SceneError(f"state[{name!r}]: has shape {given[name].shape}; must be numbers of shape {fits}")

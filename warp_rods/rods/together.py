@@ -27,7 +27,7 @@ step of second order has such an error later, but a start that is rough or contr
 SMALLEST_STARTING = 1e-9
 """The smallest error allowed in the first steps."""
 LONGEST_START = 32, 10.0
-"""The time for which the first steps of a given length are divided at most, in steps and in τ; the longer one counts."""
+"""The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
 
 
 class Forces(Protocol):
@@ -70,6 +70,8 @@ class Together:
                 self._start(dt)
             else:
                 self._take_parts(dt)
+            for ensemble in self._ensembles:
+                ensemble.end_planned_step()
             yield done
 
     def _start(self, dt: float) -> None:
@@ -135,6 +137,7 @@ class Together:
             ensemble.predict_step()
         move = 0.0 if self._forces is None else self._forces.apply()
         for ensemble in self._ensembles:
+            ensemble.apply_given_force()
             ensemble.try_step()
         return move
 

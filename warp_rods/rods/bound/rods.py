@@ -293,7 +293,7 @@ class BoundRods(BoundReadings, Ensemble):
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
         if self._arrays.contact_stiffness is not None:
             arrays |= {"foretold": self._past.foretold, "foretold_at": self._past.foretold_at}
-        return arrays | {"status": self._f.status, "force": self._f.force}
+        return arrays | {"status": self._f.status}
 
     def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
         """The number of nodes in a state, which refinement may have changed."""

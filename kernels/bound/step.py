@@ -181,7 +181,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
 @wp.func
 def accept(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
     """Make the result of the step the newest level."""
-    push_time(pace, rod, plan.end[rod])
+    push_time(pace, rod, plan.end[rod], plan.error[rod])
     for i in range(f.geodesic.shape[1]):
         push_geodesic(past, rod, i, f.geodesic[rod, i])
     for k in range(LEVELS - 1):

@@ -21,21 +21,23 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
+from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
 from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import StepLimit
 from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
+TELL = 0.01
+"""Users are told of steps of a given length with a larger error."""
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state of an ensemble whose force was set."""
 
 FOR_THE_LOOP = frozenset(
     {
-        *("advance", "set_step", "prepare_step", "finish_step", "present_limits", "ends_of_space"),
+        *("advance", "set_step", "prepare_step", "finish_step", "ends_of_space", "pace_arrays", "error_report"),
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
-        *("first_step", "natural_time", "has_own_steps", "advance_to", "steps_taken", "steps_rejected"),
+        *("first_step", "natural_time", "has_own_steps", "advance_by_error", "take_own_steps"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "position_array", "force_array"),
         *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
@@ -133,13 +135,13 @@ class Ensemble(Readings):
     def step(self, dt: SupportsFloat, steps: SupportsIndex = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
 
-        The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. A step
-        above ``step_limit`` is warned of once, by the logger ``warp_rods``. Raises SceneError for a step that is not
-        positive.
+        The order does not suffer when ``dt`` changes, nor from a start that is rough: the first steps are divided as
+        their error demands. Steps whose error is large are told once, by the logger ``warp_rods``. Raises SceneError
+        for a step that is not positive.
         """
         dt, steps = check_step(dt, steps)
-        self._warn_of(dt)
         self.advance(dt, steps)
+        self._warn()
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
@@ -149,26 +151,24 @@ class Ensemble(Readings):
     def _steps(self) -> Together:
         return Together([self])
 
-    def _warn_of(self, dt: float) -> None:
-        if self._warned:
-            return
-        limit = self.step_limit
-        if dt > limit.step:
+    def _warn(self) -> None:
+        """Tell once that steps of a given length are too long."""
+        if not self._warned and (line := self.error_report()):
             self._warned = True
-            LOG.warning(
-                f"dt = {dt:g} is above {limit.step:.3g}, the bound on the step of {self!r}: {limit.reason}. Above it "
-                f"the result can be wrong without diverging: use a smaller step"
-            )
+            LOG.warning(f"{self!r}: {line}")
 
-    @property
-    @abstractmethod
-    def step_limit(self) -> StepLimit:
-        """The largest stable step, and the formula that gives it."""
-
-    @property
-    def present_limits(self) -> np.ndarray:
-        """The bound on the step of each rod where it is now [rod]; infinity where its place does not matter."""
-        return np.full(self.count, np.inf)
+    def error_report(self) -> str:
+        """What steps of a given length have got wrong so far, in words; empty if they are well."""
+        with exclusive:
+            largest = to_host(self.pace_arrays.largest_error)
+        well = self.status == Status.OK
+        rod = int(np.argmax(np.where(well, largest, 0.0)))
+        if not well.any() or largest[rod] < TELL:
+            return ""
+        return (
+            f"by t = {self.time:g} a step of rod {rod} had an error of {largest[rod]:.2g} of its length, by estimate: "
+            f"the result can be wrong without diverging; use shorter steps, or let the error choose them"
+        )
 
     @property
     def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
@@ -183,22 +183,49 @@ class Ensemble(Readings):
 
     @property
     def has_own_steps(self) -> bool:
-        """Whether each rod can take steps of its own, see ``advance_to``."""
+        """Whether each rod can take steps of its own."""
         return False
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, each with an error below ``tolerance``."""
+    def advance_to(self, time: SupportsFloat, tolerance: SupportsFloat = TOLERANCE) -> None:
+        """Advance to ``time`` in steps whose length follows their error, each rod in steps of its own where it can.
+
+        tolerance: of the error at the end, about: of places over the length, and of strains over 1/L and themselves.
+        Raises SceneError for a time before the present one.
+        """
+        time, tolerance = arguments.real("time", time), arguments.real("tolerance", tolerance)
+        if time < self.time:
+            raise SceneError(f"time = {time:g}: must not be before the present time, {self.time:g}")
+        self.advance_by_error(time, TOLERANCE_OF_A_STEP * tolerance)
+
+    def advance_by_error(self, time: float, allowed: float) -> None:
+        """``advance_to`` with the error ``allowed`` in a step."""
+        if not self.has_own_steps:
+            exhaust(self._steps.advance_to(time, allowed))
+            return
+        with exclusive:
+            self.take_own_steps(time, allowed)
+        self.show_at(time)
+
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``; where ``has_own_steps``."""
         raise NotImplementedError
 
     @property
+    @abstractmethod
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device: times of the levels of each rod, its next step, and the steps that it has taken."""
+
+    @property
     def steps_taken(self) -> np.ndarray:
-        """Steps of its own that each rod has taken [rod]."""
-        return np.zeros(self.count, dtype=int)
+        """Steps that each rod has taken [rod]."""
+        with exclusive:
+            return to_host(self.pace_arrays.taken)
 
     @property
     def steps_rejected(self) -> np.ndarray:
-        """Steps of its own that each rod has tried and repeated, because their error was too large [rod]."""
-        return np.zeros(self.count, dtype=int)
+        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
+        with exclusive:
+            return to_host(self.pace_arrays.rejected)
 
     @property
     def reached(self) -> float:

@@ -8,14 +8,11 @@ more than a fraction of the steric core ε in one step, otherwise it is repeated
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from warp_rods.rods.control import Control
-
-if TYPE_CHECKING:
-    from warp_rods.rods.ensemble import Ensemble
 
 LARGEST_MOVE = 0.25
 """Largest displacement of a node in one step, in units of the core ε."""
@@ -28,6 +25,30 @@ SMALLEST_STARTING = 1e-9
 """The smallest error allowed in the first steps."""
 LONGEST_START = 32, 10.0
 """The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
+
+
+class Rods(Protocol):
+    """What an ensemble does in a step, in this order; see ``Ensemble``."""
+
+    @property
+    def first_step(self) -> float: ...
+    @property
+    def natural_time(self) -> float: ...
+    @property
+    def reached(self) -> float: ...
+
+    def set_step(self, dt: float) -> None: ...
+    def prepare_step(self, dt: float) -> None: ...
+    def predict_step(self) -> None: ...
+    def apply_given_force(self) -> None: ...
+    def try_step(self) -> None: ...
+    def error_of_step(self) -> np.ndarray: ...
+    def reject_step(self) -> None: ...
+    def accept_step(self) -> None: ...
+    def finish_step(self) -> None: ...
+    def end_planned_step(self) -> None: ...
+    def show_at(self, time: float) -> None: ...
+    def show(self) -> None: ...
 
 
 class Forces(Protocol):
@@ -43,7 +64,7 @@ class Forces(Protocol):
 class Together:
     """Steps of ``ensembles``, of the same length for all, under ``forces`` besides those that the ensembles have."""
 
-    def __init__(self, ensembles: Sequence[Ensemble], forces: Forces | None = None):
+    def __init__(self, ensembles: Sequence[Rods], forces: Forces | None = None):
         self._ensembles, self._forces = list(ensembles), forces
         self.control = Control(min(e.first_step for e in self._ensembles))
         """Steps whose length follows their error."""

@@ -22,7 +22,6 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import SAMPLES, StepLimit, bent_start_limit, membrane_limit, wall_limit
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
@@ -31,8 +30,10 @@ from warp_rods.simulation.memory import check_memory
 from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
-LIMIT_TIMES = 5
-"""Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
+SAMPLES = 400
+"""Points of the membrane, uniform in area, at which the spacing of nodes is checked."""
+CHECKED_TIMES = 5
+"""Times of a run at which it is checked on a moving membrane."""
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
@@ -42,7 +43,7 @@ largest at about that distance."""
 
 @dataclass
 class Layout:
-    """Ensembles by name, their bounds on the time step, and lines for the user."""
+    """Ensembles by name, and lines for the user."""
 
     scene: Scene
     device: Any
@@ -51,7 +52,6 @@ class Layout:
     container: Surface | None = None
     """The surface of the box."""
     ensembles: dict[str, Any] = field(default_factory=dict)
-    limits: dict[str, StepLimit] = field(default_factory=dict)
     arranged: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
     """Poses of swimmers that are placed together, by arrangement and name."""
     notes: list[str] = field(default_factory=list)
@@ -128,7 +128,7 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
 def _filaments(layout: Layout, table: FilamentsTable) -> None:
     surface, scene = layout.surface, layout.scene
     assert surface is not None  # a scene of filaments without a surface is refused
-    times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
+    times = np.linspace(0.0, scene.time.end, CHECKED_TIMES) if surface.moving else np.zeros(1)
     for time in times:
         _check_length(surface.at(time), table)
 
@@ -155,13 +155,10 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
-    for time, now in zip(times, map(surface.at, times), strict=True):
+    coarse = []
+    for now in map(surface.at, times):
         points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
-        curved = placement.curved_points(now, points)
-        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points, curved))
-        coarse += unresolved_filaments(now, table, np.concatenate([points, curved]))
-    layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
+        coarse += unresolved_filaments(now, table, np.concatenate([points, placement.curved_points(now, points)]))
     layout.warnings += coarse[-1:]
 
 
@@ -256,14 +253,10 @@ def _swimmers(layout: Layout, table: SwimmersTable) -> None:
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = layout.ensembles[table.name].step_limit
     layout.warnings += unresolved_swimmers(table)
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])
-    if wall:
-        drag = float(np.min(table.drag_ratio))
-        layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 
 def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:

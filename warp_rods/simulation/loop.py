@@ -13,6 +13,7 @@ from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.together import LARGEST_MOVE, Together, exhaust
 from warp_rods.scene.scene import Scene
@@ -20,12 +21,7 @@ from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
-from warp_rods.simulation.watch import EndWatch, EnergyWatch
-
-TOLERANCE = 0.01
-"""``time.tolerance`` where it is left out."""
-TOLERANCE_OF_A_STEP = 1e-3
-"""Error of a step in units of ``time.tolerance``: errors add up, and rods that move periodically drift in phase."""
+from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
 
 class Simulation(metaclass=Documented):
@@ -94,6 +90,7 @@ class Simulation(metaclass=Documented):
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
         self._end = EndWatch({name: e.ends_of_space for name, e in self.ensembles.items()})
+        self._step_watch = StepWatch()
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -199,7 +196,7 @@ class Simulation(metaclass=Documented):
         allowed = TOLERANCE_OF_A_STEP * self.tolerance
         if self.own_steps:
             for ensemble in self.ensembles.values():
-                ensemble.advance_to(time, allowed)
+                ensemble.advance_by_error(time, allowed)
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
             yield time
         else:
@@ -232,6 +229,8 @@ class Simulation(metaclass=Documented):
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
         self._new_warnings += self._end.check(self.time, found)
+        if not self.by_error:
+            self._new_warnings += self._step_watch.check(self.ensembles)
         return found
 
     def new_warnings(self) -> list[str]:

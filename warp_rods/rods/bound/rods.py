@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +10,6 @@ import warp as wp
 
 from warp_rods import arguments
 from warp_rods.device import exclusive
-from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
@@ -22,7 +20,6 @@ from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.pace import PACE
-from warp_rods.rods.step_limits import StepLimit, membrane_limit, node_limit
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -172,16 +169,14 @@ class BoundRods(BoundReadings, Ensemble):
         """True for rods on a membrane at rest that are never refined."""
         return self.largest_spacing == np.inf and not self.surface.moving
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``."""
+        self._launches.advance_past(time, allowed, time)
 
-        tolerance: allowed error of a step: root mean square of that of L Ω over 1 + L Ω, angle, and position over L.
-        """
-        if not self.has_own_steps:
-            raise SceneError("advance_to: rods on a moving membrane, or refined, take equal steps; use step")
-        with exclusive:
-            self._launches.advance_past(time, tolerance, time)
-            self.show_at(time)
+    @property
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device."""
+        return self._arrays.pace
 
     def show_at(self, time: float) -> None:
         """Make ``time``, readings and positions those of a time within the last step."""
@@ -201,28 +196,6 @@ class BoundRods(BoundReadings, Ensemble):
     def first_step(self) -> float:
         """The shortest first step that the rods try."""
         return FIRST_STEP * float(self._bending_times.min())
-
-    @property
-    def steps_taken(self) -> np.ndarray:
-        """Steps that each rod has taken [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.taken)
-
-    @property
-    def steps_rejected(self) -> np.ndarray:
-        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.rejected)
-
-    @functools.cached_property
-    def step_limit(self) -> StepLimit:  # type: ignore[override]
-        """The largest stable step on the surface as it was at the first call, and the formula that gives it."""
-        return membrane_limit(self.surface.at(self.time), self)
-
-    @property
-    def present_limits(self) -> np.ndarray:
-        """The bound on the step of each filament, from the curvature of the surface where it is now [rod]."""
-        return node_limit(self.curvature, self)
 
     @property
     def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:

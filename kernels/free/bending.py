@@ -1,7 +1,7 @@
 """The bending of active rods at the end of a step (docs/model.md §2.4).
 
     (a − J) δk = ∂k/∂t(x*) − Σ d_j k_j                δk = δk' = 0 at the ends
-    J z = [i (shear' − i λ* z)/η]'' + (u0* z)' − i ω0* z,    shear = i b z' + c τ* z, odd beyond the ends
+    J z = [i (shear' − i λ* z)/ζ⊥]'' + (u0* z)' − i ω0* z,    shear = i b z' + c τ* z, odd beyond the ends
 
 J is the derivative of ∂k/∂t at constant tension, tangential velocity, twist and roll. It is complex where the rod is
 twisted, and couples both bending components. Otherwise it is real, and the same for both.
@@ -33,26 +33,34 @@ def step_bending(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, b
 
 @wp.func
 def set_bending_rows(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
-    """The real part of a − J, ``a + (b/η)∂⁴ − (1/η)∂²(λ* ·) − ∂(u0* ·)``, and the right-hand side."""
+    """The real part of a − J, ``a + ∂²(b/ζ⊥)∂² − ∂²(λ*/ζ⊥ ·) − ∂(u0* ·)``, and the right-hand side."""
     last = star.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    mobility = per_length * per_length / rods.drag_ratio[rod]
-    stiffness = rods.bending_stiffness[rod] * mobility * per_length * per_length
+    square = per_length * per_length
+    b = rods.bending_stiffness[rod] * square
     half = real(0.5) * per_length
-    off_diagonal = real(-4.0) * stiffness
     u0 = balance.axial_velocity[rod, 0]
+    before = square * balance.transverse_mobility[rod, 0]
+    here = square * balance.transverse_mobility[rod, 1]
+    set_free_end_rows(rod, last, balance)
     for node in range(1, last):
         u0_next = balance.axial_velocity[rod, node]
-        centre = a + real(6.0) * stiffness + real(2.0) * mobility * balance.tension[rod, node]
-        balance.lower2[rod, node] = stiffness
-        balance.lower[rod, node] = off_diagonal - mobility * balance.tension[rod, node - 1] + half * u0
+        after = square * balance.transverse_mobility[rod, node + 1]
+        centre = a + b * (real(4.0) * here + (before + after)) + real(2.0) * here * balance.tension[rod, node]
+        pull_before = before * balance.tension[rod, node - 1]
+        pull_after = after * balance.tension[rod, node + 1]
+        balance.lower2[rod, node] = b * before
+        balance.lower[rod, node] = real(-2.0) * b * (before + here) - pull_before + half * u0
         balance.diagonal[rod, node] = centre + half * (u0 - u0_next)
-        balance.upper[rod, node] = off_diagonal - mobility * balance.tension[rod, node + 1] - half * u0_next
-        balance.upper2[rod, node] = stiffness
+        balance.upper[rod, node] = real(-2.0) * b * (here + after) - pull_after - half * u0_next
+        balance.upper2[rod, node] = b * after
         rate = bending_rate(rod, node, rods, star.bending[rod, node], balance)
         balance.rhs_pairs[rod, node] = rate - slope.bending[rod, node]
         u0 = u0_next
-    set_free_end_rows(rod, last, stiffness, balance)
+        before = here
+        here = after
+    balance.diagonal[rod, 1] += balance.lower2[rod, 1]
+    balance.diagonal[rod, last - 1] += balance.upper2[rod, last - 1]
 
 
 @wp.func
@@ -67,21 +75,25 @@ def half_twist(rod: int, half: int, last: int, shape: Shape):
 
 @wp.func
 def set_complex_rows(rod: int, rods: Swimmers, star: Shape, balance: Balance):
-    """Rows of a − J: the real part, and the imaginary part ``−(c/η)(τ* ·)''' + ω0*`` in the stencil of the forces.
+    """Rows of a − J: the real part, and the imaginary part ``−∂²((c/ζ⊥)(τ* ·)') + ω0*`` in the stencil of the forces.
 
-    With S = τ(z_i + z_(i+1))/2 at half nodes, (τz)''' at node i is (S_(i+3/2) − 3 S_(i+1/2) + 3 S_(i−1/2) −
-    S_(i−3/2))/Δs³. Beyond an end S is minus its mirror image, whose z are those of the first inner node and the end.
+    With S = τ(z_i + z_(i+1))/2 at half nodes and m = 1/ζ⊥, ∂²(m(τz)') at node i is (m_(i+1) S_(i+3/2) −
+    (m_(i+1) + 2m_i) S_(i+1/2) + (2m_i + m_(i−1)) S_(i−1/2) − m_(i−1) S_(i−3/2))/Δs³. Beyond an end S is minus its
+    mirror image, whose z are those of the first inner node and the end.
     """
     last = star.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    scale = real(-0.5) * rods.twist_stiffness[rod] / rods.drag_ratio[rod] * per_length * per_length * per_length
-    three = real(3.0)
+    scale = real(-0.5) * rods.twist_stiffness[rod] * per_length * per_length * per_length
+    two = real(2.0)
     for node in range(last + 1):
-        after2 = scale * half_twist(rod, node + 1, last, star)
-        after = scale * half_twist(rod, node, last, star)
-        before = scale * half_twist(rod, node - 1, last, star)
-        before2 = scale * half_twist(rod, node - 2, last, star)
-        centre = three * (before - after) + balance.bishop_roll_rate[rod, node]
+        m_before = balance.transverse_mobility[rod, wp.max(node - 1, 0)]
+        m = balance.transverse_mobility[rod, node]
+        m_after = balance.transverse_mobility[rod, wp.min(node + 1, last)]
+        after2 = scale * m_after * half_twist(rod, node + 1, last, star)
+        after = scale * (m_after + two * m) * half_twist(rod, node, last, star)
+        before = scale * (two * m + m_before) * half_twist(rod, node - 1, last, star)
+        before2 = scale * m_before * half_twist(rod, node - 2, last, star)
+        centre = before - after + balance.bishop_roll_rate[rod, node]
         inner = real(1.0)
         if node == 0 or node == last:
             inner = real(0.0)
@@ -90,9 +102,9 @@ def set_complex_rows(rod: int, rods: Swimmers, star: Shape, balance: Balance):
         if node == last - 1:
             centre += after2
         balance.complex_lower2[rod, node] = wp.vec2d(balance.lower2[rod, node], -inner * before2)
-        balance.complex_lower[rod, node] = wp.vec2d(balance.lower[rod, node], inner * (three * before - before2))
+        balance.complex_lower[rod, node] = wp.vec2d(balance.lower[rod, node], inner * (before - before2))
         balance.complex_diagonal[rod, node] = wp.vec2d(balance.diagonal[rod, node], inner * centre)
-        balance.complex_upper[rod, node] = wp.vec2d(balance.upper[rod, node], inner * (after2 - three * after))
+        balance.complex_upper[rod, node] = wp.vec2d(balance.upper[rod, node], inner * (after2 - after))
         balance.complex_upper2[rod, node] = wp.vec2d(balance.upper2[rod, node], inner * after2)
 
 
@@ -108,16 +120,14 @@ def is_planar(rod: int, rods: Swimmers, shape: Shape):
 
 
 @wp.func
-def set_free_end_rows(rod: int, last: int, stiffness: real, balance: Balance):
-    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends."""
+def set_free_end_rows(rod: int, last: int, balance: Balance):
+    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends; beyond them k is its mirror image."""
     zero = real(0.0)
     set_zero_end_rows(rod, last, balance)
     balance.upper2[rod, 0] = zero
     balance.lower2[rod, last] = zero
     balance.rhs_pairs[rod, 0] = wp.vec2d()
     balance.rhs_pairs[rod, last] = wp.vec2d()
-    balance.diagonal[rod, 1] += stiffness
-    balance.diagonal[rod, last - 1] += stiffness
 
 
 @wp.func

@@ -5,6 +5,7 @@ import warp as wp
 from warp_rods.kernels.layout import (
     Integers1D,
     Matrices1D,
+    Matrices2D,
     Pairs2D,
     Quadruples2D,
     Scalars1D,
@@ -31,6 +32,7 @@ class Swimmers:
     status: Integers1D  # OK, or why the rod was frozen
     spacing: real  # Δs
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
+    forced: int  # 1: external forces or contact act on the rods
 
 
 @wp.struct
@@ -53,10 +55,22 @@ class Past:
 
 
 @wp.struct
+class Load:
+    """What acts on a rod from outside [rod, node], in its Bishop frame; drag is what contact adds to that of the rod."""
+
+    axial_force: Scalars2D  # half nodes
+    transverse_force: Pairs2D
+    axial_drag: Scalars2D  # half nodes
+    transverse_drag: Scalars2D
+
+
+@wp.struct
 class Balance:
     """Tension and velocities that balance forces and moments [rod, node], and workspace of the linear systems."""
 
-    force: Vectors2D  # f_ext in the Bishop frame; given
+    load: Load  # given
+    axial_mobility: Scalars2D  # 1 over the drag along, half nodes
+    transverse_mobility: Scalars2D  # 1 over the drag across
     axial_source: Scalars2D  # u0 without the tension, half nodes
     transverse_source: Pairs2D  # u⊥ without the tension
     tension: Scalars2D  # λ
@@ -98,8 +112,24 @@ class Midpoint:
 
 
 @wp.struct
-class ExternalForce:
-    """External force per length in the Bishop frame [rod, node]."""
+class Contact:
+    """Stiffness of contact at the extrapolated state [rod, node], and the velocity that goes with that state."""
 
-    now: Vectors2D
-    previous: Vectors2D  # one step ago
+    present: int  # 1: something writes the stiffness
+    stiffness: Matrices2D  # K, in space
+    velocity: Vectors2D  # v of the last step: v0 at the half node, v⊥ at the node
+    velocity_tried: Vectors2D  # that of the step that is tried
+
+
+@wp.struct
+class Trial:
+    """A step that is tried [rod]: its formula, its result, and the rates of the middle node at its end."""
+
+    end: Scalars1D
+    order: Integers1D
+    rate: Scalars1D  # a
+    status: Integers1D
+    error: Scalars1D
+    angular_velocity: Vectors1D
+    velocity: Vectors1D
+    roll_rate: Scalars1D

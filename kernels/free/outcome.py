@@ -1,4 +1,4 @@
-"""The end of a step of active rods: whether its result is valid, its error, and how its shape becomes the present one."""
+"""The end of a step of active rods: status, error, and how its shape becomes the present one."""
 
 import warp as wp
 

@@ -56,7 +56,7 @@ class Past:
 
 @wp.struct
 class Load:
-    """What acts on a rod from outside [rod, node], in its Bishop frame; drag is what contact adds to that of the rod."""
+    """What acts on a rod from outside [rod, node], in its Bishop frame; drag is what contact adds to its own."""
 
     axial_force: Scalars2D  # half nodes
     transverse_force: Pairs2D

@@ -30,18 +30,9 @@ PARAMETERS = {
 SHAPE = ("bending", "twist", "activity")
 PAST = ("first", "second", "third", "fourth")
 BALANCE = (
-    *(
-        "axial_mobility",
-        "transverse_mobility",
-        "axial_source",
-        "transverse_source",
-        "tension",
-        "axial_velocity",
-        "transverse_velocity",
-        "angular_velocity",
-    ),
-    *("twist_source", "bishop_roll_rate", "lower2", "lower", "diagonal", "upper", "upper2"),
-    *("rhs", "rhs_pairs", "work", "work_pairs", "work_quadruples"),
+    *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
+    *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
+    *("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "rhs_pairs", "work", "work_pairs", "work_quadruples"),
     *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
 )
 LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")

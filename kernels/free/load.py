@@ -8,7 +8,7 @@ the velocity Σ d_j r_j, so that contact becomes a drag D = 2K/a::
 
 v is carried from step to step as its own velocities give it; from places in space it would differ from u by terms of
 second order in Δs. Drag along and drag across are kept apart: D is replaced by the block-diagonal matrix
-(D00 + |D0⊥|, λmax(D⊥⊥) + |D0⊥|), which is not less than D.
+(D00 + |D0⊥|, D⊥⊥ + D⊥0 D0⊥/|D0⊥|), which is not less than D and vanishes where D does, so that rods slide freely.
 """
 
 import warp as wp
@@ -28,14 +28,15 @@ def body_force(rod: int, node: int, rotation: Matrices2D, force: Vectors2D):
 
 @wp.func
 def contact_drag(rod: int, node: int, rotation: Matrices2D, stiffness: Matrices2D, scale: real):
-    """(along, across) of the block-diagonal drag that is not less than ``scale`` K."""
+    """Drag along and across, the blocks of a matrix that is not less than ``scale`` K."""
     R = rotation[rod, node]
     D = scale * (wp.transpose(R) * stiffness[rod, node] * R)
-    mean = real(0.5) * (D[1, 1] + D[2, 2])
-    difference = real(0.5) * (D[1, 1] - D[2, 2])
-    largest = mean + wp.sqrt(difference * difference + D[1, 2] * D[1, 2])
-    coupling = wp.sqrt(D[0, 1] * D[0, 1] + D[0, 2] * D[0, 2])
-    return wp.vec2d(D[0, 0] + coupling, largest + coupling)
+    coupling = wp.vec2d(D[0, 1], D[0, 2])
+    size = wp.length(coupling)
+    across = wp.mat22d(D[1, 1], D[1, 2], D[1, 2], D[2, 2])
+    if size > real(0.0):
+        across += wp.outer(coupling, coupling) / size
+    return D[0, 0] + size, across
 
 
 @wp.kernel
@@ -53,14 +54,15 @@ def add_contact_drag(rotation: Matrices2D, contact: Contact, trial: Trial, load:
     """Add contact as drag, D = 2K/a, and the force D v; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
     scale = real(2.0) / trial.rate[rod]
-    drag = contact_drag(rod, node, rotation, contact.stiffness, scale)
+    along, across = contact_drag(rod, node, rotation, contact.stiffness, scale)
     v = contact.velocity[rod, node]
-    load.transverse_drag[rod, node] = drag[1]
-    load.transverse_force[rod, node] = load.transverse_force[rod, node] + drag[1] * wp.vec2d(v[1], v[2])
+    load.transverse_drag[rod, node] = across
+    load.transverse_force[rod, node] = load.transverse_force[rod, node] + across * wp.vec2d(v[1], v[2])
     if node < contact.velocity.shape[1] - 1:
-        along = real(0.5) * (drag[0] + contact_drag(rod, node + 1, rotation, contact.stiffness, scale)[0])
-        load.axial_drag[rod, node] = along
-        load.axial_force[rod, node] = load.axial_force[rod, node] + along * v[0]
+        along_next, _across = contact_drag(rod, node + 1, rotation, contact.stiffness, scale)
+        drag = real(0.5) * (along + along_next)
+        load.axial_drag[rod, node] = drag
+        load.axial_force[rod, node] = load.axial_force[rod, node] + drag * v[0]
 
 
 @wp.func

@@ -11,6 +11,7 @@ row that all rods share, so one thread must complete the whole step of a rod.
 import warp as wp
 
 from warp_rods.kernels.banded import solve_tridiagonal_rod
+from warp_rods.kernels.block_banded import inverse
 from warp_rods.kernels.free.flagella import reaction
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.layout import Pairs2D, Scalars2D, real
@@ -32,11 +33,13 @@ def wedge(a: wp.vec2d, b: wp.vec2d):
 
 @wp.func
 def find_mobilities(rod: int, rods: Swimmers, balance: Balance):
-    """1 over the drag along at half nodes and across at nodes, that of contact included."""
-    one = real(1.0)
+    """The inverse of the drag along at half nodes and across at nodes, that of contact included."""
+    one, zero = real(1.0), real(0.0)
+    eta = rods.drag_ratio[rod]
     for node in range(balance.tension.shape[1]):
         balance.axial_mobility[rod, node] = one / (one + balance.load.axial_drag[rod, node])
-        balance.transverse_mobility[rod, node] = one / (rods.drag_ratio[rod] + balance.load.transverse_drag[rod, node])
+        D = balance.load.transverse_drag[rod, node]
+        balance.transverse_mobility[rod, node] = inverse(D + wp.mat22d(eta, zero, zero, eta))
 
 
 @wp.func
@@ -92,11 +95,12 @@ def solve_tension(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
     for node in range(1, last):
         k = shape.bending[rod, node]
         source_next = balance.axial_source[rod, node]
-        transverse = wedge(k, balance.transverse_source[rod, node])
+        across = times_i(k)
+        transverse = wp.dot(across, balance.transverse_source[rod, node])
         after = -per_length * per_length * balance.axial_mobility[rod, node]
         balance.lower[rod, node] = before
         balance.upper[rod, node] = after
-        balance.diagonal[rod, node] = balance.transverse_mobility[rod, node] * wp.dot(k, k) - (before + after)
+        balance.diagonal[rod, node] = wp.dot(across, balance.transverse_mobility[rod, node] * across) - (before + after)
         balance.rhs[rod, node] = per_length * (source_next - source) + transverse
         source = source_next
         before = after
@@ -133,12 +137,12 @@ def find_transverse_velocity(rod: int, rods: Swimmers, bending: Pairs2D, balance
     """``u⊥ = source⊥ − i λ k/ζ⊥`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
     per_length = real(1.0) / rods.spacing
     k = bending[rod, 0]
-    u = balance.transverse_source[rod, 0] - (balance.transverse_mobility[rod, 0] * balance.tension[rod, 0]) * times_i(k)
+    u = balance.transverse_source[rod, 0] - balance.transverse_mobility[rod, 0] * (balance.tension[rod, 0] * times_i(k))
     balance.transverse_velocity[rod, 0] = u
     for node in range(balance.tension.shape[1] - 1):
         k_next = bending[rod, node + 1]
-        pull = balance.transverse_mobility[rod, node + 1] * balance.tension[rod, node + 1]
-        u_next = balance.transverse_source[rod, node + 1] - pull * times_i(k_next)
+        pull = balance.transverse_mobility[rod, node + 1] * (balance.tension[rod, node + 1] * times_i(k_next))
+        u_next = balance.transverse_source[rod, node + 1] - pull
         k_half = real(0.5) * (k + k_next)
         omega = per_length * times_i(u_next - u) + balance.axial_velocity[rod, node] * k_half
         balance.transverse_velocity[rod, node + 1] = u_next

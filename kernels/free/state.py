@@ -3,11 +3,11 @@
 import warp as wp
 
 from warp_rods.kernels.layout import (
+    Blocks2D,
     Integers1D,
     Matrices1D,
     Matrices2D,
     Pairs2D,
-    Quadruples2D,
     Scalars1D,
     Scalars2D,
     Vectors1D,
@@ -61,7 +61,7 @@ class Load:
     axial_force: Scalars2D  # half nodes
     transverse_force: Pairs2D
     axial_drag: Scalars2D  # half nodes
-    transverse_drag: Scalars2D
+    transverse_drag: Blocks2D  # symmetric
 
 
 @wp.struct
@@ -70,7 +70,7 @@ class Balance:
 
     load: Load  # given
     axial_mobility: Scalars2D  # 1 over the drag along, half nodes
-    transverse_mobility: Scalars2D  # 1 over the drag across
+    transverse_mobility: Blocks2D  # inverse of the drag across
     axial_source: Scalars2D  # u0 without the tension, half nodes
     transverse_source: Pairs2D  # u⊥ without the tension
     tension: Scalars2D  # λ
@@ -88,12 +88,13 @@ class Balance:
     rhs_pairs: Pairs2D
     work: Scalars2D
     work_pairs: Pairs2D
-    complex_lower2: Pairs2D
-    complex_lower: Pairs2D
-    complex_diagonal: Pairs2D
-    complex_upper: Pairs2D
-    complex_upper2: Pairs2D
-    work_quadruples: Quadruples2D
+    block_lower2: Blocks2D
+    block_lower: Blocks2D
+    block_diagonal: Blocks2D
+    block_upper: Blocks2D
+    block_upper2: Blocks2D
+    work_block: Blocks2D
+    work_block2: Blocks2D
 
 
 @wp.struct

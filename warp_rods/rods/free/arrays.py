@@ -32,8 +32,9 @@ PAST = ("first", "second", "third", "fourth")
 BALANCE = (
     *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
     *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
-    *("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "rhs_pairs", "work", "work_pairs", "work_quadruples"),
-    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+    *("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "rhs_pairs", "work", "work_pairs"),
+    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+    *("work_block", "work_block2"),
 )
 LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
 TRIAL = {
@@ -44,9 +45,13 @@ TRIAL = {
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "rhs_pairs", "work_pairs"),
     *("bending_rate", "transverse_force"),
-    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
 }
-"""Fields with two components across the rod; all others are scalars."""
+"""Fields with two components across the rod."""
+BLOCKS = {
+    *("transverse_drag", "transverse_mobility", "work_block", "work_block2"),
+    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+}
+"""Fields of matrices between these components; all others are scalars."""
 
 
 @dataclass
@@ -140,7 +145,8 @@ def allocate_contact(arrays: Arrays) -> None:
     shape, device = arrays.position.shape, arrays.position.device
     arrays.contact = _contact(*shape, device, present=True)
     load = arrays.step_balance.load
-    load.axial_drag, load.transverse_drag = per_node(*shape, device=device), per_node(*shape, device=device)
+    for name in ("axial_drag", "transverse_drag"):
+        setattr(load, name, per_node(*shape, _dtype(name), device))
     arrays.step_balance.load = load
 
 
@@ -245,6 +251,6 @@ def _midpoint(rods: int, device: Any) -> Any:
 
 
 def _dtype(name: str) -> Any:
-    if name == "work_quadruples":
-        return wp.vec4d
+    if name in BLOCKS:
+        return wp.mat22d
     return wp.vec2d if name in PAIRS else wp.float64

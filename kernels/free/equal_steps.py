@@ -7,7 +7,7 @@ result is not valid keeps its last state and gets a status; the other rods conti
 import warp as wp
 
 from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.free.load import step_velocity
+from warp_rods.kernels.free.load import contact_error, step_velocity
 from warp_rods.kernels.free.motion import (
     foretold_midpoint,
     frame_error,
@@ -97,6 +97,7 @@ def try_step(
         if rods.forced == 1:
             error = wp.max(error, frame_error(rod, pace, midpoint, order, t, omega, u))
     if contact.present == 1:
+        error = wp.max(error, contact_error(rod, rods, contact, balance, t - at[0]))
         step_velocity(rod, contact, balance, formula.rate * (t - at[0]))
     trial.status[rod] = status
     trial.error[rod] = error

@@ -14,7 +14,7 @@ second order in Δs. Drag along and drag across are kept apart: D is replaced by
 import warp as wp
 
 from warp_rods.kernels.clock import STEP, TIME
-from warp_rods.kernels.free.state import Balance, Contact, Load, Trial
+from warp_rods.kernels.free.state import Balance, Contact, Load, Swimmers, Trial
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -73,6 +73,23 @@ def step_velocity(rod: int, contact: Contact, balance: Balance, scale: real):
         across = balance.transverse_velocity[rod, node]
         u = wp.vec3d(balance.axial_velocity[rod, node], across[0], across[1])
         contact.velocity_tried[rod, node] = v + (u - v) / scale
+
+
+@wp.func
+def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, dt: real):
+    """Error of a step in places: what D (u − v)/2 would move the nodes on the average, over the drag of the rod.
+
+    Half of D stands for the other node of a pair. Where that moves alike, or is a wall, this half is in error.
+    """
+    total = real(0.0)
+    nodes = contact.velocity.shape[1]
+    for node in range(nodes):
+        v = contact.velocity[rod, node]
+        along = balance.load.axial_drag[rod, node] * (balance.axial_velocity[rod, node] - v[0])
+        lag = balance.transverse_velocity[rod, node] - wp.vec2d(v[1], v[2])
+        across = balance.load.transverse_drag[rod, node] * lag / rods.drag_ratio[rod]
+        total += wp.sqrt(along * along + wp.dot(across, across))
+    return real(0.5) * dt * total / real(nodes)
 
 
 def force_field(function):

@@ -11,9 +11,9 @@ import warp as wp
 from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
-from warp_rods.kernels.free.output import force_field
+from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.layout import to_host
-from warp_rods.rods.ensemble import FORCE_STATE, Ensemble, Fixed, Parameter
+from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
 from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
 from warp_rods.rods.free.flagella import Flagella
@@ -27,6 +27,10 @@ from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
+CONTACT_STATE = "contact_velocity"
+"""Name of v in a state; see ``kernels/free/load.py``."""
+ROUND_OFF = 1e-9
+"""Rods that are ahead of the time by more than this part of a step have taken steps of their own."""
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which orders 3 and 4 are unstable."""
 FIRST_STEP = 1e-6
@@ -54,7 +58,7 @@ class FreeRods(FreeReadings, Ensemble):
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
     in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
     ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
-    evaluated at every step and at every reading; a rod for which it is not finite is frozen.
+    evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not finite is frozen.
 
     Raises SceneError naming the parameter for an even number of nodes or fewer than 17, for impossible values, and
     for values whose shape does not fit.
@@ -146,13 +150,36 @@ class FreeRods(FreeReadings, Ensemble):
             raise SceneError("symmetric = true: an external force could break the symmetry")
         self._launches.enable_forces(field)
 
-    def prepare_step(self, dt: float) -> None:
-        """Evaluate the external force, if a function for it was given."""
-        self._apply_external()
+    def predict_step(self) -> None:
+        """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
+        self._launches.predict()
+        self._evaluate_external(self.time + self._clock.step)
 
-    def take_step(self) -> None:
-        """Launch one step of the length given to ``set_step``."""
-        self._launches.advance()
+    def try_step(self) -> None:
+        """Launch the rest of a step of second order; its result and its error are kept beside the present state."""
+        self._launches.try_step()
+
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of the strains, of f, and under forces of the middle frame."""
+        with exclusive:
+            return to_host(self._arrays.trial.error)
+
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state."""
+        self._launches.accept()
+
+    def reject_step(self) -> None:
+        """Count the step tried as repeated."""
+        self._launches.reject()
+
+    def finish_step(self) -> None:
+        """Advance the time on the host."""
+        super().finish_step()
+        self._launches.show_at(np.inf)
+
+    def show(self) -> None:
+        """Put ``position_array`` at the present state."""
+        self._launches.find_frames()
 
     @property
     def has_own_steps(self) -> bool:
@@ -204,11 +231,18 @@ class FreeRods(FreeReadings, Ensemble):
         return swimmer_limit(self, self._passive)
 
     def _apply_external(self) -> None:
+        if self._external is not None:
+            with exclusive:
+                self._launches.find_frames()
+            self._evaluate_external(self.time)
+
+    def _evaluate_external(self, time: float) -> None:
+        """Take the force that a Python function, if one was given, has at this time and the places in the arrays."""
         if self._external is None:
             return
         with exclusive:
             position, rotation = to_host(self._arrays.position), to_host(self._arrays.rotation)
-        given = self._external(self.time, position, rotation)
+        given = self._external(time, position, rotation)
         self._set_force(vectors(given, self.count, self.nodes, finite=False))
 
     def _read_force(self) -> np.ndarray:
@@ -229,8 +263,17 @@ class FreeRods(FreeReadings, Ensemble):
         return self._arrays.force
 
     @property
+    def contact_stiffness_array(self) -> wp.array:
+        """K of contact in space on the device [rod, node] (3, 3); allocated by the first call."""
+        if self._arrays.stiffness is None:
+            _ = self.force_array
+            with exclusive:
+                self._launches.enable_contact()
+        return self._arrays.contact.stiffness
+
+    @property
     def position_array(self) -> wp.array:
-        """Centre line on the device [rod, node]; steps with external forces keep it up to date."""
+        """Centre line on the device [rod, node]; with external forces where the last step or ``show`` has put it."""
         if self._arrays.force is None:
             self._launches.find_frames()
         return self._arrays.position
@@ -268,19 +311,32 @@ class FreeRods(FreeReadings, Ensemble):
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
-        if a.force is not None:
-            arrays |= {"force_previous": a.external.previous}
-            # A force from a function is evaluated at every step: the step does not depend on the last value.
-            arrays |= {} if self._force_from == "external" else {"force": a.force}
+        # A force from a function is evaluated at every step: the step does not depend on the last value.
+        if a.force is not None and self._force_from != "external":
+            arrays["force"] = a.force
+        if a.contact.present:
+            arrays[CONTACT_STATE] = a.contact.velocity
         return arrays
 
+    def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays of a state, which may be one without contact."""
+        if self._arrays.contact.present and isinstance(state, Mapping) and CONTACT_STATE not in state:
+            state = {**state, CONTACT_STATE: np.zeros((self.count, self.nodes, 3))}
+        return super().check_state(state)
+
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
-        """Allocate the external force if the state has one."""
-        if any(name in state for name in FORCE_STATE):
+        """Allocate the external force and contact if the state has them."""
+        if "force" in state:
             _ = self.force_array
+        if CONTACT_STATE in state:
+            _ = self.contact_stiffness_array
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        with exclusive:
+            ahead = to_host(self._arrays.pace.at)[:, 0] - self.time
+            own = (ahead > ROUND_OFF * to_host(self._arrays.pace.step)).any()
+            self._launches.show_at(self.time if own else np.inf)
         if self._arrays.force is not None:
             self._launches.find_frames()

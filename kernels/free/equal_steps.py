@@ -133,7 +133,7 @@ def accept_step(
     store_midpoint(rod, midpoint, R, r, angle)
     push_rates(rod, midpoint, omega, u, roll_rate)
     store_shape(rod, star, now, past)
-    push_time(pace, rod, t)
+    push_time(pace, rod, t, trial.error[rod])
     pace.order[rod] = formula.order
     if contact.present == 1:
         for node in range(contact.velocity.shape[1]):

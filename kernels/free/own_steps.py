@@ -28,7 +28,9 @@ from warp_rods.kernels.status import NOT_FINITE, OK
 wp.set_module_options({"enable_backward": False})
 
 SHORTEST = wp.constant(real(1.0e-13))
-"""The shortest step that is tried, in units of the time and of ``target[2]``."""
+"""The shortest step that is tried, in units of the time at its start."""
+SHORTEST_AT_START = wp.constant(real(1.0e-30))
+"""The shortest step at the start, in units of ``target[2]``."""
 
 
 @wp.kernel
@@ -63,7 +65,7 @@ def advance_past(
         if status == OK:
             error = error_of_step(rod, at, levels, order, t, now, past, star) / target[1]
         if error > real(1.0):
-            if t - at[0] < SHORTEST * (wp.abs(t) + target[2]):
+            if t - at[0] < SHORTEST * at[0] + SHORTEST_AT_START * target[2]:
                 rods.status[rod] = wp.max(status, NOT_FINITE)
                 failed_at[rod] = at[0]
             reject(pace, rod, step_factor(error, order))
@@ -76,7 +78,7 @@ def advance_past(
             if ready and order < pace.highest_order[rod] and levels > order + 1:
                 higher = step_factor(shape_error(rod, at, order + 1, t, now, past, star) / target[1], order + 1)
             omega, u, roll_rate = midpoint_rates(rod, rods, star, balance)
-            push_time(pace, rod, t)
+            push_time(pace, rod, t, error * target[1])
             push_rates(rod, midpoint, omega, u, roll_rate)
             carry_midpoint(rod, pace, midpoint)
             store_shape(rod, star, now, past)

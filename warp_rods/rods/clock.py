@@ -12,6 +12,7 @@ from warp_rods.kernels.layout import per_rod
 class Clock:
     """``time`` that is shown, ``reached`` by the steps, and ``array`` [Δt, time reached] for the kernels.
 
+    ``reached`` is infinite where rods have taken steps of their own, each to a time of its own beyond ``time``.
     Steps that a user plans may be divided; ``planned`` are the times reached by the last one and by that before.
     """
 

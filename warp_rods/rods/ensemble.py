@@ -145,7 +145,19 @@ class Ensemble(Readings):
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
+        self._gather()
         exhaust(self._steps.advance(dt, steps))
+
+    def _gather(self) -> None:
+        """Bring rods together that have taken steps of their own beyond the present time."""
+        if self._clock.time < self._clock.reached:
+            self.gather()
+            self._clock.reached = self._clock.time
+            self._steps.restart()
+
+    @abstractmethod
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
 
     @functools.cached_property
     def _steps(self) -> Together:
@@ -200,10 +212,13 @@ class Ensemble(Readings):
     def advance_by_error(self, time: float, allowed: float) -> None:
         """``advance_to`` with the error ``allowed`` in a step."""
         if not self.has_own_steps:
+            if np.isinf(self.reached):
+                self._gather()
             exhaust(self._steps.advance_to(time, allowed))
             return
         with exclusive:
             self.take_own_steps(time, allowed)
+        self._clock.reached = np.inf
         self.show_at(time)
 
     def take_own_steps(self, time: float, allowed: float) -> None:

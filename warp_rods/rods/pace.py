@@ -23,3 +23,11 @@ def allocate_pace(rods: int, device: Any) -> Any:
     for name in ("waited", "highest_order", "taken", "rejected"):
         setattr(pace, name, per_rod(rods, wp.int32, device))
     return pace
+
+
+def restart_pace(pace: Any, time: float) -> None:
+    """Let all rods begin anew at this time, with no past."""
+    pace.at.fill_(time)
+    pace.levels.fill_(1)
+    pace.order.fill_(1)
+    pace.waited.zero_()

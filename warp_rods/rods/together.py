@@ -66,6 +66,10 @@ class Together:
 
     def __init__(self, ensembles: Sequence[Rods], forces: Forces | None = None):
         self._ensembles, self._forces = list(ensembles), forces
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin with short steps."""
         self.control = Control(min(e.first_step for e in self._ensembles))
         """Steps whose length follows their error."""
         self._starting = True

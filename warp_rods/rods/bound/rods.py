@@ -19,7 +19,8 @@ from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.pace import PACE
+from warp_rods.rods.modes import beam_root
+from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -29,8 +30,6 @@ HISTORY = (
 FIRST_STEP = 1e-9
 """The first step that a rod tries, in units of its slowest bending time in the surface, ζ⊥ L⁴/B3."""
 HIGHEST_ORDER = 3
-FIRST_MODE = 500.56
-"""x⁴ of the first beam mode with free ends, x = 4.73004."""
 
 
 class BoundRods(BoundReadings, Ensemble):
@@ -173,6 +172,18 @@ class BoundRods(BoundReadings, Ensemble):
         """Launch steps of each rod until it reaches ``time``."""
         self._launches.advance_past(time, allowed, time)
 
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
+        with exclusive:
+            self.show()
+            wp.copy(self._past.now, self._f.geodesic)
+            for name in ("rotation", "position"):
+                getattr(self._past, name).assign(getattr(self._f, name).numpy()[:, self.tracked])
+            restart_pace(self._arrays.pace, self.time)
+            if self._arrays.contact_stiffness is not None:
+                self._past.foretold.assign(self._f.position)
+                self._past.foretold_at.fill_(self.time)
+
     @property
     def pace_arrays(self) -> Any:
         """``Pace`` on the device."""
@@ -190,7 +201,7 @@ class BoundRods(BoundReadings, Ensemble):
     @property
     def natural_time(self) -> float:
         """The shortest relaxation time of the first bending mode in the surface, L⁴ζ⊥/501 B3."""
-        return float(self._bending_times.min()) / FIRST_MODE
+        return float(self._bending_times.min()) / beam_root(0) ** 4
 
     @property
     def first_step(self) -> float:

@@ -46,7 +46,6 @@ class FreeLaunches:
         self._record()
 
     def _record(self) -> None:
-        self.version = object()
         parts = self._slices()
 
         def in_threads(launch: Any) -> RecordedInThreads:
@@ -57,7 +56,6 @@ class FreeLaunches:
         self._accept = in_threads(self._launch_accept)
         self._advance_past = in_threads(self._launch_advance_past)
         self.reject = Recorded(self._launch_reject, self.device)
-        self._tick = Recorded(self.clock.launch_tick, self.device)
         self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
         self.find_force = Recorded(partial(self._launch_present_force, self.arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
@@ -76,7 +74,6 @@ class FreeLaunches:
     def accept(self) -> None:
         """Make the result of the step tried the present state of every rod that is not frozen."""
         self._accept()
-        self._tick()
 
     def advance_past(self, time: float, tolerance: float, unit: float) -> None:
         """Steps of every rod that is not frozen until it reaches ``time``; output is then that of ``time``."""

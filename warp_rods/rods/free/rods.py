@@ -20,17 +20,16 @@ from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
-from warp_rods.rods.pace import PACE
+from warp_rods.rods.modes import beam_root
+from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
-from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
-MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
+FRAME = ("rotation", "position", "angle")
+MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
 CONTACT_STATE = "contact_velocity"
 """Name of v in a state; see ``kernels/free/load.py``."""
-ROUND_OFF = 1e-9
-"""Rods that are ahead of the time by more than this part of a step have taken steps of their own."""
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which orders 3 and 4 are unstable."""
 FIRST_STEP = 1e-6
@@ -153,7 +152,7 @@ class FreeRods(FreeReadings, Ensemble):
     def predict_step(self) -> None:
         """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
         self._launches.predict()
-        self._evaluate_external(self.time + self._clock.step)
+        self._evaluate_external(self.reached + self._clock.step)
 
     def try_step(self) -> None:
         """Launch the rest of a step of second order; its result and its error are kept beside the present state."""
@@ -175,7 +174,12 @@ class FreeRods(FreeReadings, Ensemble):
     def finish_step(self) -> None:
         """Advance the time on the host."""
         super().finish_step()
-        self._launches.show_at(np.inf)
+        self._launches.show_at(self.time)
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        super().show_at(time)
+        self._launches.show_at(time)
 
     def show(self) -> None:
         """Put ``position_array`` at the present state."""
@@ -186,49 +190,43 @@ class FreeRods(FreeReadings, Ensemble):
         """True for rods without external forces."""
         return self._arrays.force is None
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
+        self._launches.advance_past(time, allowed, time)
 
-        tolerance: allowed root mean square of the error of a step in the strains over those strains (1/L at least),
-        and of that in f. Raises SceneError for rods with external forces.
-        """
-        if not self.has_own_steps:
-            raise SceneError("advance_to: rods with external forces take equal steps; use step")
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
+        a = self._arrays
         with exclusive:
-            self._launches.advance_past(time, tolerance, 1.0)
-            self._clock.time = time
+            self._launches.find_frames()
+            for name in SHAPE:
+                wp.copy(getattr(a.now, name), getattr(a.shown, name))
+            for name in FRAME:
+                wp.copy(getattr(a.midpoint, name), getattr(a.shown_midpoint, name))
+            restart_pace(a.pace, self.time)
 
     @property
-    def steps_taken(self) -> np.ndarray:
-        """Steps that each rod has taken [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.taken)
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device."""
+        return self._arrays.pace
 
     @property
-    def steps_rejected(self) -> np.ndarray:
-        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.rejected)
+    def first_step(self) -> float:
+        """The first step that the rods try, short on every scale of the rods."""
+        return FIRST_STEP
 
     @property
-    def recordable(self) -> bool:
-        """False if a Python function gives the force, or threads share a step."""
-        return self._external is None and self._launches.threads == 1
+    def natural_time(self) -> float:
+        """The shortest of the times of relaxation of the flagella, of bending, η/501 β⊥, and of buckling, 16 β⊥ η."""
+        times = [self.drag_ratio / (beam_root(0) ** 4 * self.bend)]
+        if not self._passive:
+            times += [self.relaxation, 16 * self.bend * self.drag_ratio]
+        return float(np.min(times))
 
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self._launches.threads
-
-    @property
-    def version(self) -> object:
-        """An object that is replaced when device arrays are."""
-        return self._launches.version
-
-    @property
-    def step_limit(self) -> StepLimit:
-        """The largest stable step; empirical, for swimmers only."""
-        return swimmer_limit(self, self._passive)
 
     def _apply_external(self) -> None:
         if self._external is not None:
@@ -248,10 +246,11 @@ class FreeRods(FreeReadings, Ensemble):
     def _read_force(self) -> np.ndarray:
         if self._arrays.force is None:
             return np.zeros((self.count, self.nodes, 3))
-        with exclusive:
-            self._apply_external()
-            self._launches.find_force()
-            return to_host(self._arrays.force)
+        if self._force_from == "external":
+            with exclusive:
+                self._apply_external()
+                self._launches.find_force()
+        return super()._read_force()
 
     @property
     def force_array(self) -> wp.array:
@@ -311,9 +310,6 @@ class FreeRods(FreeReadings, Ensemble):
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
-        # A force from a function is evaluated at every step: the step does not depend on the last value.
-        if a.force is not None and self._force_from != "external":
-            arrays["force"] = a.force
         if a.contact.present:
             arrays[CONTACT_STATE] = a.contact.velocity
         return arrays
@@ -334,9 +330,6 @@ class FreeRods(FreeReadings, Ensemble):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
-        with exclusive:
-            ahead = to_host(self._arrays.pace.at)[:, 0] - self.time
-            own = (ahead > ROUND_OFF * to_host(self._arrays.pace.step)).any()
-            self._launches.show_at(self.time if own else np.inf)
+        self._launches.show_at(self.time)
         if self._arrays.force is not None:
             self._launches.find_frames()

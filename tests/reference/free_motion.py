@@ -78,7 +78,7 @@ class Moving:
         self.times.insert(0, t)
 
     def moved(self, rod, rate, slopes, axial, transverse, shape):
-        """The middle frame after the backward formula for the screw from its present place, in which the last was −ξ."""
+        """The middle frame after the backward formula for the screw from its present place; one step ago it was −ξ."""
         n = shape.bending.shape[1] // 2
         spin = twin.middle(twin.spin_of(transverse, axial, shape.bending, self.h))[rod, n - 1]
         omega = np.array([0.0, spin.real, spin.imag])

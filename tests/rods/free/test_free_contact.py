@@ -1,5 +1,7 @@
 """Free rods under forces at the end of a step and contact as drag: twin, stability, order, trial steps, restarts."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from examples.contact_steps import take_steps, try_one
@@ -86,7 +88,7 @@ def test_second_order_with_contact(device, make, k):
         take_steps(rods, 0.2 / count, int(count), *tether(start, k))
         runs.append(rods.variables())
     for name in ("position", "strain", "orientation"):
-        errors = [abs(b[name] - a[name]).max() for a, b in zip(runs, runs[1:], strict=False)]
+        errors = [abs(b[name] - a[name]).max() for a, b in pairwise(runs)]
         assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.2), name
 
 

@@ -43,11 +43,11 @@ def smooth_function(t, x, R):
 
 
 def rough_strain(nodes: int) -> np.ndarray:
-    """A start with curvature on every scale, the same at each number of nodes."""
+    """A start with eight random waves in each strain, which relax at rates from 1 to 1e3."""
     s = np.linspace(-0.5, 0.5, nodes)
     rng = np.random.default_rng(4)
-    waves = np.cos(np.pi * np.outer(np.arange(16), s) + rng.uniform(0, 6, (16, 1)))
-    return ((1 - 4 * s**2) ** 2 * (rng.normal(size=(3, 16)) @ waves)).T
+    waves = np.cos(np.pi * np.outer(np.arange(8), s) + rng.uniform(0, 6, (8, 1)))
+    return ((1 - 4 * s**2) ** 2 * (rng.normal(size=(3, 8)) @ waves)).T
 
 
 @pytest.mark.parametrize("shape", [None, rough_strain(33)], ids=["smooth", "rough"])
@@ -61,7 +61,6 @@ def test_second_order_under_a_force_of_place_and_time(device, external, shape):
         runs.append(rods.variables())
     for name in ("position", "orientation", "strain"):
         errors = [abs(b[name] - a[name]).max() for a, b in pairwise(runs)]
-        print(errors)
         assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.2), name
 
 

@@ -208,6 +208,25 @@ def bending_increment(shape, rates, p, h, rate, right, load):
     return pinned(found[:, :inner] + 1j * found[:, inner:])
 
 
+def linear_twist_rate(z, bending, p, h, load):
+    """∂τ/∂t of an increment z [rod, node] of the twist, zero at the ends: by roll, and by the motion across."""
+    pull = odd_slope(p.twist * middle(z) * middle(bending), h)
+    spin = spin_of(across(p, load, pull), 0.0, bending, h)
+    return slope(p.twist * slope(z, h) / p.rotational_drag, h) + middle(twist_from_bending(bending, spin))
+
+
+def twist_increment(bending, p, h, rate, right, load):
+    """δτ from (rate − J) δτ = right [rod, inner node], with J assembled column by column."""
+    rods, inner = right.shape
+    matrix = np.zeros((rods, inner, inner))
+    for column in range(inner):
+        unit = np.zeros((rods, inner + 2))
+        unit[:, column + 1] = 1
+        matrix[:, :, column] = -linear_twist_rate(unit, bending, p, h, load)
+        matrix[:, column, column] += rate
+    return pinned(np.linalg.solve(matrix, right[..., None])[..., 0])
+
+
 def lagrange(times, t):
     """Values and slopes at t of the Lagrange polynomials of these times."""
     values, slopes = [], []
@@ -255,9 +274,9 @@ def step(shapes, times, t, p, h, load=NOTHING):
 
     transverse = transverse_velocity(bending, star.twist, now.tension, p, h, load)
     converted = twist_from_bending(bending, spin_of(transverse, now.axial, bending, h))
-    drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(converted)
-    soft = np.full_like(drive, p.twist / p.rotational_drag / h**2)
-    twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, drive - past.twist[:, 1:-1]))
+    roll = (p.twist * slope(star.twist, h) + p.moment * middle(activity)) / p.rotational_drag
+    right = slope(roll, h) + middle(converted) - past.twist[:, 1:-1] - rate * star.twist[:, 1:-1]
+    twist = star.twist + twist_increment(bending, p, h, rate, right, load)
     return Shape(bending, twist, activity), now.axial, transverse
 
 

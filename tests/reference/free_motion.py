@@ -1,9 +1,10 @@
 """Equal steps of free rods in space under forces and contact in NumPy and SciPy (docs/model.md §2.4, §2.6)."""
 
 import numpy as np
+from scipy.linalg import expm, logm
+
 from reference import free as twin
 from reference.lie import frame_matrix, integrate_frames, twist_matrix
-from scipy.linalg import expm, logm
 
 
 def screw(S):

@@ -7,17 +7,11 @@ from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
 
 BEND = np.array([1e-4, 1e-3, 5e-3])
-SYMMETRIC = np.array([5e-4, 1e-3, 5e-3])
-"""Stiffnesses with which a rod that is stiff in twist keeps the symmetry of its start; others leave it by round-off."""
 WRITHE = {"kind": "writhe", "amplitude": 2.0}
 KINDS = {
     "planar": {"bend": BEND, "twist": 1e-3, "shape": {"kind": "mode", "amplitude": 2.0}},
     "in space": {"bend": BEND, "twist": BEND, "moment": 5e-3, "shape": WRITHE},
     "stiff in twist": {"bend": BEND, "twist": 100 * BEND, "moment": 5e-3, "shape": WRITHE},
-    "stiff in twist, hard to roll": {
-        **{"bend": SYMMETRIC, "twist": 1000 * SYMMETRIC, "moment": 5e-3, "shape": WRITHE},
-        "rotational_drag": 3e-2,
-    },
 }
 
 

@@ -77,7 +77,7 @@ def step_velocity(rod: int, contact: Contact, balance: Balance, scale: real):
 
 @wp.func
 def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, dt: real):
-    """Error of a step in places: what D (u − v)/2 would move the nodes on the average, over the drag of the rod.
+    """Error of a step in places: what D (u − v)/2 would move the nodes on the average, against drag and D.
 
     Half of D stands for the other node of a pair. Where that moves alike, or is a wall, this half is in error.
     """
@@ -85,9 +85,11 @@ def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, 
     nodes = contact.velocity.shape[1]
     for node in range(nodes):
         v = contact.velocity[rod, node]
-        along = balance.load.axial_drag[rod, node] * (balance.axial_velocity[rod, node] - v[0])
+        drag = balance.load.axial_drag[rod, node]
+        along = drag * (balance.axial_velocity[rod, node] - v[0]) / (real(1.0) + drag)
         lag = balance.transverse_velocity[rod, node] - wp.vec2d(v[1], v[2])
-        across = balance.load.transverse_drag[rod, node] * lag / rods.drag_ratio[rod]
+        D = balance.load.transverse_drag[rod, node]
+        across = D * lag / (rods.drag_ratio[rod] + wp.trace(D))
         total += wp.sqrt(along * along + wp.dot(across, across))
     return real(0.5) * dt * total / real(nodes)
 

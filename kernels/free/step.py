@@ -12,15 +12,9 @@ import warp as wp
 
 from warp_rods.kernels.banded import solve_tridiagonal_rod
 from warp_rods.kernels.free.bending import step_bending
-from warp_rods.kernels.free.rod import (
-    activity_terms,
-    find_transverse_source,
-    find_transverse_velocity,
-    roll_rate_after,
-    set_zero_end_rows,
-    solve_balance,
-)
+from warp_rods.kernels.free.rod import activity_terms, solve_balance
 from warp_rods.kernels.free.state import Balance, Past, Shape, Swimmers
+from warp_rods.kernels.free.twist import step_twist
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.multistep import Levels
 
@@ -105,31 +99,6 @@ def step_activity(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, 
 
 
 @wp.func
-def step_twist(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
-    """From τ* to τⁿ⁺¹, with ``(c/ηr)∂²`` implicit.
-
-    ``Im(k̄ ω⊥)`` must be that of the new bending; its extrapolation is unstable.
-    """
-    last = star.twist.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    diffusion = rods.twist_stiffness[rod] / rods.rotational_drag[rod] * per_length * per_length
-    roll_rate = roll_rate_after(rod, 0, rods, star)
-    for node in range(1, last):
-        roll_rate_next = roll_rate_after(rod, node, rods, star)
-        source = real(0.5) * (balance.twist_source[rod, node - 1] + balance.twist_source[rod, node])
-        balance.lower[rod, node] = -diffusion
-        balance.upper[rod, node] = -diffusion
-        balance.diagonal[rod, node] = a + real(2.0) * diffusion
-        rate = per_length * (roll_rate_next - roll_rate) + source
-        balance.rhs[rod, node] = rate - slope.twist[rod, node]
-        roll_rate = roll_rate_next
-    set_zero_end_rows(rod, last, balance)
-    solve_scalar(rod, balance)
-    for node in range(1, last):
-        star.twist[rod, node] += balance.rhs[rod, node]
-
-
-@wp.func
 def symmetrise(rod: int, shape: Shape):
     """Impose ``k(−s) = −k̄(s)``, τ even, f odd (C.50).
 
@@ -160,8 +129,6 @@ def step_shape(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, bal
     solve_balance(rod, rods, star, balance)
     step_bending(rod, rods, star, slope, a, balance)
     step_activity(rod, rods, star, slope, a, balance)
-    find_transverse_source(rod, rods, star.bending, star.twist, balance)
-    find_transverse_velocity(rod, rods, star.bending, balance)
     step_twist(rod, rods, star, slope, a, balance)
     if rods.symmetric == 1:
         symmetrise(rod, star)

@@ -27,6 +27,10 @@ LONGEST_START = 32, 10.0
 """The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
 
 
+SHARE_OF_LARGEST = 0.1
+"""The largest error of a rod may exceed the allowed root mean square by the inverse."""
+
+
 class Rods(Protocol):
     """What an ensemble does in a step, in this order; see ``Ensemble``."""
 
@@ -145,7 +149,7 @@ class Together:
     def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
         """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""
         move = self._try(dt)
-        error = max(float(e.error_of_step().max()) for e in self._ensembles) / tolerance
+        error = norm(np.concatenate([e.error_of_step() for e in self._ensembles])) / tolerance
         if self.control.accepts(dt, error, move / LARGEST_MOVE, self.reached, unit):
             self._accept(move)
         else:
@@ -190,6 +194,11 @@ class Together:
         """Return to a ``state``."""
         self._starting, self._parts = bool(state[0]), int(state[1])
         self.control.restore(state[2:])
+
+
+def norm(errors: np.ndarray) -> float:
+    """The error of a step of many rods [rod]: root mean square, or a share of the largest if that is more."""
+    return max(float(np.sqrt(np.mean(errors**2))), SHARE_OF_LARGEST * float(errors.max()))
 
 
 def exhaust(steps: Iterator[object]) -> None:

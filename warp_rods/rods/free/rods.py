@@ -31,17 +31,17 @@ BEFORE = ("rotation_before", "position_before", "angle_before")
 CONTACT_STATE = "contact_velocity"
 """Name of v in a state; see ``kernels/free/load.py``."""
 STIFF_IN_TWIST = 10.0
-"""β∥/β⊥ above which orders 3 and 4 are unstable."""
+"""β∥/β⊥ above which order 4 is less stable than order 3."""
 FIRST_STEP = 1e-6
 """The first step that a rod tries, in units of ζ∥L/f*."""
 
 
 def highest_order(bend: np.ndarray, twist: np.ndarray, planar: np.ndarray) -> np.ndarray:
-    """The highest stable order of each rod: 2 where twist is much stiffer than bending, unless there is none.
+    """The highest order of each rod: 3 where twist is much stiffer than bending, unless there is none.
 
     Bending and twist are each implicit in their own equation only.
     """
-    return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 2, 4).astype(np.int32)
+    return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 3, 4).astype(np.int32)
 
 
 class FreeRods(FreeReadings, Ensemble):

@@ -133,20 +133,20 @@ def allocate(
 
 def allocate_force(arrays: Arrays) -> None:
     """Arrays of zeros for external forces, in place of the constant zero that a rod without forces reads."""
-    (count, nodes), device = arrays.position.shape, arrays.position.device
-    arrays.force = per_node(count, nodes, wp.vec3d, device)
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.force = per_node(rods, nodes, wp.vec3d, device)
     arrays.rods.forced = 1
     for balance in (arrays.step_balance, arrays.balance):
-        balance.load = _load(count, nodes, device, forced=True)
+        balance.load = _load(rods, nodes, device, forced=True)
 
 
 def allocate_contact(arrays: Arrays) -> None:
     """Arrays of zeros for contact as drag; those for external forces must be there."""
-    (count, nodes), device = arrays.position.shape, arrays.position.device
-    arrays.contact = _contact(count, nodes, device, present=True)
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.contact = _contact(rods, nodes, device, present=True)
     load = arrays.step_balance.load
     for name in ("axial_drag", "transverse_drag"):
-        setattr(load, name, per_node(count, nodes, _dtype(name), device))
+        setattr(load, name, per_node(rods, nodes, _dtype(name), device))
     arrays.step_balance.load = load
 
 

@@ -34,8 +34,6 @@ FLAGELLA = 3.0
 """Δt in units of τf. At 3.3 a swimmer is right to 1e-3, at 25 its direction is wrong."""
 SOFT = 30.0
 """Δt in units of β⊥ η: the fastest buckling grows at λ²/4β⊥η, and −λ is 1/2 at most."""
-TWISTED = 1000.0
-"""Δt in units of β⊥²/β∥: twisted swimmers of β∥/β⊥ up to 1000 fail at 1200 or more."""
 
 
 @dataclass(frozen=True)
@@ -206,16 +204,13 @@ def swimmer_limit(rods: Any, passive: bool = False) -> StepLimit:
     """
     if passive:
         return StepLimit(np.inf, "")
-    b, c, eta, twisted = rods.bend, rods.twist, rods.drag_ratio, rods.moment != 0
+    b, eta = rods.bend, rods.drag_ratio
     bounds = [
         StepLimit(SWIMMER_STEP, "empirical, see docs/model.md §2.9"),
         StepLimit(FLAGELLA * float(rods.relaxation.min()), f"{FLAGELLA:g} τf, the relaxation of the flagella"),
         StepLimit(float((BENDING * eta / (FIRST_MODE * b)).min()), f"{BENDING:g} of the relaxation time η/501 β⊥"),
         StepLimit(float((SOFT * b * eta).min()), f"{SOFT:g} β⊥ η, for soft swimmers that buckle fast"),
     ]
-    if twisted.any():
-        reason = f"{TWISTED:g} β⊥²/β∥, for swimmers that resist twist much more than bending"
-        bounds.append(StepLimit(float((TWISTED * b * b / c)[twisted].min()), reason))
     return min(bounds, key=lambda limit: limit.step)
 
 

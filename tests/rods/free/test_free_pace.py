@@ -52,7 +52,7 @@ def test_equal_steps_approach_the_same_motion(device, kind):
 @pytest.mark.parametrize("ratio", [100, 1000])
 @pytest.mark.parametrize("rotational_drag", [1e-2, 3e-2])
 def test_stiffness_in_twist_does_not_shorten_the_steps(device, bend, ratio, rotational_drag):
-    """Steps by error: at most thrice those of a rod that is as stiff in twist as in bending. Fixed steps are right, too.
+    """Steps by error: less than thrice those of a rod with equal stiffnesses. Fixed steps are right, too.
 
     A change of twist moves the rod across, which spreads twist by c |k|²/η; (c/ηr) is less where |k|² ηr > η.
     """

@@ -15,7 +15,7 @@ from warp_rods.kernels.bound.rod import strain_of
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import accept
 from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
-from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp
+from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import RATES, twist_over
 from warp_rods.kernels.multistep import Levels, Pace, formula_of, times_of, weights_at
 from warp_rods.kernels.status import KINK, LEFT_DATA, OFF_SURFACE, OK
@@ -144,6 +144,30 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         R, r = se3_compose(R0, r0, D, d)
         return R, r, project(p, project(p, r))
 
+    @wp.func
+    def stepped(
+        past: History, p: Parameters, plan: Plan, rod: int, omega: wp.vec3d, u: wp.vec3d, scale: real, turn: real
+    ):
+        """The frame of the tracked node by the backward formula of Ω: x = x* + scale (A − d_1 ξ), A = (ω, u).
+
+        x are screws from the last frame Sₙ, and ξ that to the frame before it. scale is 1/a, or 0 for the extrapolated
+        frame. Stiff forces are stable only if place and shape, on both of which they depend, are advanced alike.
+        """
+        R0 = past.rotation[rod]
+        r0 = past.position[rod]
+        theta, mu = scale * omega, scale * u
+        e1 = plan.value[rod][1]
+        if e1 != real(0.0):
+            back, away = se3_inverse(R0, r0)
+            Q, q = se3_compose(back, away, past.rotation_before[rod], past.position_before[rod])
+            xi_theta, xi_mu = se3_log(Q, q)
+            b = e1 - scale * plan.slope[rod][1]
+            theta += b * xi_theta
+            mu += b * xi_mu
+        D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
+        R, r = se3_compose(R0, r0, D, d)
+        return R, r, project(p, project(p, r))
+
     @wp.kernel(module="unique", enable_backward=False)
     def place(f: Filaments, past: History, parameters: ParameterArray, node: int):
         """Project the position and rotation of one node onto the surface, by Newton steps."""
@@ -173,7 +197,10 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         levels = levels_of_rates(pace, rod)
         if levels > 0 and f.start_clamped + f.end_clamped == 0:
             turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
-            R, _r, r = carried(past, parameters[0], rod, R, r, at, levels, at[0], t, turn)
+            if plan.together[rod] == 1:
+                R, _r, r = stepped(past, parameters[0], plan, rod, wp.vec3d(), wp.vec3d(), real(0.0), turn)
+            else:
+                R, _r, r = carried(past, parameters[0], rod, R, r, at, levels, at[0], t, turn)
         elif f.membrane_moves == 1:
             r = project(parameters[0], project(parameters[0], r))
         store_frame(f, parameters[0], rod, f.tracked, R, r)
@@ -207,7 +234,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         plan.unfit[rod, side] = unfit
 
     @wp.func
-    def accept_frame(f: Filaments, past: History, pace: Pace, p: Parameters, rod: int) -> int:
+    def accept_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
         """Carry the tracked node over the step that was taken; OFF_SURFACE if it would be projected too far."""
         if f.start_clamped + f.end_clamped > 0:
             return OK
@@ -216,6 +243,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         r0 = past.position[rod]
         turn = past.turn[rod, 0] - past.turn[rod, 1]
         R, r, x = carried(past, p, rod, R0, r0, at, levels_of_rates(pace, rod), at[1], at[0], turn)
+        if plan.together[rod] == 1:
+            omega, u = plan.angular_velocity[rod], plan.velocity[rod]
+            R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / plan.rate[rod], turn)
         past.rotation_before[rod] = R0
         past.position_before[rod] = r0
         _phi, g, _H = field(x, p)
@@ -235,7 +265,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         status = plan.status[rod]
         if status == OK:
             accept(f, past, pace, plan, rod)
-            status = accept_frame(f, past, pace, parameters[0], rod)
+            status = accept_frame(f, past, pace, plan, parameters[0], rod)
         if status != OK:
             f.status[rod] = status
             past.failed_at[rod] = start

@@ -8,6 +8,7 @@ from warp_rods.kernels.layout import (
     Integers1D,
     Integers2D,
     Matrices1D,
+    Pairs2D,
     Scalars1D,
     Scalars2D,
     Vectors1D,
@@ -38,8 +39,7 @@ class History:
     position_before: Vectors1D
     angular_velocity: Vectors2D  # ω of the tracked node [rod, level]
     velocity: Vectors2D  # u of the tracked node
-    foretold: Vectors2D  # positions at the extrapolated state of the last step [rod, node]; with contact
-    foretold_at: Scalars1D  # its time
+    contact_velocity: Pairs2D  # v along and across of the last step [rod, node], see ``contact.py``
     failed_at: Scalars1D  # time at which the rod was frozen
 
 
@@ -58,6 +58,7 @@ class Plan:
     velocity: Vectors1D  # u of the tracked node there
     angular_velocity: Vectors1D  # ω
     status: Integers1D  # OK, or why the result is not valid
+    together: Integers1D  # 1: a step of the same length for all rods
     error: Scalars1D  # of the step
     lower: Scalars1D  # of a step of the order below, and of that above; negative: not known
     higher: Scalars1D
@@ -92,10 +93,11 @@ def push_geodesic(past: History, rod: int, i: int, newest: real):
 
 
 @wp.kernel
-def choose_equal_steps(f: Filaments, pace: Pace, clock: Scalars1D):
+def choose_equal_steps(f: Filaments, pace: Pace, plan: Plan, clock: Scalars1D):
     """Steps of the length in the clock and of second order, for every rod that is not frozen; ``dim = rods``."""
     rod = wp.tid()
     f.active[rod] = wp.where(f.status[rod] == OK, 1, 0)
+    plan.together[rod] = 1
     pace.step[rod] = clock[STEP]
     pace.order[rod] = wp.min(pace.levels[rod], 2)
 
@@ -107,10 +109,11 @@ def reset(flag: Integers1D):
 
 
 @wp.kernel
-def choose_own_steps(f: Filaments, pace: Pace, target: Scalars1D, behind: Integers1D):
+def choose_own_steps(f: Filaments, pace: Pace, plan: Plan, target: Scalars1D, behind: Integers1D):
     """Let every rod that is not frozen take a step of its own until it has reached ``target[0]``; ``dim = rods``."""
     rod = wp.tid()
     f.active[rod] = 0
+    plan.together[rod] = 0
     if f.status[rod] == OK and pace.at[rod, 0] < target[0]:
         f.active[rod] = 1
         behind[0] = 1

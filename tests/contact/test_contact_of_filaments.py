@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from examples.free import slope
 
+from warp_rods.rods import together
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 

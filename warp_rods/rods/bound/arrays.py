@@ -136,7 +136,7 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
-    past.foretold, past.foretold_at = constant_zero(rods, nodes, wp.vec3d, device), per_rod(rods, device=device)
+    past.contact_velocity = constant_zero(rods, nodes, wp.vec2d, device)
     return past
 
 
@@ -146,8 +146,7 @@ def allocate_contact(arrays: Arrays) -> None:
     rods, nodes = f.geodesic.shape
     arrays.contact_stiffness = per_node(rods, nodes, wp.mat33d, f.geodesic.device)
     f.contact_drag = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
-    past.foretold = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
-    past.foretold.assign(f.position)
+    past.contact_velocity = per_node(rods, nodes, wp.vec2d, f.geodesic.device)
 
 
 def _plan(rods: int, nodes: int, device: Any) -> Any:
@@ -159,7 +158,7 @@ def _plan(rods: int, nodes: int, device: Any) -> Any:
     for name in ("geodesic_slope", "turn"):
         setattr(plan, name, per_node(rods, nodes, wp.float64, device))
     plan.unfit = wp.zeros((rods, 2), dtype=wp.int32, device=device)
-    plan.status = per_rod(rods, wp.int32, device)
+    plan.status, plan.together = (per_rod(rods, wp.int32, device) for _ in range(2))
     for name in ("angle", "error", "lower", "higher"):
         setattr(plan, name, per_rod(rods, wp.float64, device))
     for name in ("velocity", "angular_velocity"):

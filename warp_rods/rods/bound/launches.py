@@ -117,7 +117,7 @@ class BoundLaunches:
         self._launch(rod.find_geodesic_rates, grid, f)
 
     def _launch_predict(self, a: Arrays) -> None:
-        self._launch(levels.choose_equal_steps, a.f.geodesic.shape[0], a.f, a.pace, self.clock.array)
+        self._launch(levels.choose_equal_steps, a.f.geodesic.shape[0], a.f, a.pace, a.plan, self.clock.array)
         self._launch_extrapolate(a)
 
     def _launch_extrapolate(self, a: Arrays) -> None:
@@ -129,7 +129,7 @@ class BoundLaunches:
     def _launch_own_step(self, a: Arrays, behind: wp.array) -> None:
         count = a.f.geodesic.shape[0]
         self._launch(levels.reset, 1, behind)
-        self._launch(levels.choose_own_steps, count, a.f, a.pace, self._target, behind)
+        self._launch(levels.choose_own_steps, count, a.f, a.pace, a.plan, self._target, behind)
         self._launch_extrapolate(a)
         self._launch_try(a)
         self._launch(step.repeat_or_accept, count, a.f, a.past, a.pace, a.plan, self._target)
@@ -152,13 +152,14 @@ class BoundLaunches:
         self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.rate, plan.turn)
         self._launch(solve_pentadiagonal, count, *a.bands, plan.turn, a.work_pairs, plan.turn)
         self._launch(step.judge, count, f, a.past, a.pace, plan, a.weights)
+        if a.contact_stiffness is not None:
+            self._launch(contact.find_contact_errors, count, f, a.past, a.pace, plan, a.weights)
 
     def _launch_accept(self, a: Arrays) -> None:
         count, grid = a.f.geodesic.shape[0], a.f.geodesic.shape
-        self._launch(self._surface.take, count, a.f, a.past, a.pace, a.plan, self._parameters)
         if a.contact_stiffness is not None:
-            self._launch(contact.keep_foretold, grid, a.f, a.past)
-            self._launch(contact.keep_time_foretold, count, a.f, a.past, a.plan)
+            self._launch(contact.keep_contact_velocity, grid, a.f, a.past, a.pace, a.plan, a.weights)
+        self._launch(self._surface.take, count, a.f, a.past, a.pace, a.plan, self._parameters)
 
     def _launch_shown(self) -> None:
         """Velocities and rates of the state shown. The drag of contact belongs to steps."""

@@ -180,9 +180,6 @@ class BoundRods(BoundReadings, Ensemble):
             for name in ("rotation", "position"):
                 getattr(self._past, name).assign(getattr(self._f, name).numpy()[:, self.tracked])
             restart_pace(self._arrays.pace, self.time)
-            if self._arrays.contact_stiffness is not None:
-                self._past.foretold.assign(self._f.position)
-                self._past.foretold_at.fill_(self.time)
 
     @property
     def pace_arrays(self) -> Any:
@@ -223,10 +220,6 @@ class BoundRods(BoundReadings, Ensemble):
         state = refined_state(self.state(), self.largest_spacing)
         self._refined = True
         self.restore(state)
-        if self._arrays.contact_stiffness is not None:
-            with exclusive:
-                self._past.foretold.assign(self._f.position)
-                self._past.foretold_at.fill_(self.reached)
 
     # --- contact -----------------------------------------------------------------------------------------
 
@@ -276,7 +269,7 @@ class BoundRods(BoundReadings, Ensemble):
         arrays = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
         if self._arrays.contact_stiffness is not None:
-            arrays |= {"foretold": self._past.foretold, "foretold_at": self._past.foretold_at}
+            arrays["contact_velocity"] = self._past.contact_velocity
         return arrays | {"status": self._f.status}
 
     def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:

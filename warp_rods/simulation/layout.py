@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,17 +23,17 @@ from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import SAMPLES, StepLimit, bent_start_limit, membrane_limit, wall_limit
+from warp_rods.rods.step_limits import StepLimit, bent_start_limit, membrane_limit, wall_limit
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.criteria import criteria_of_filaments, criteria_of_swimmers
 from warp_rods.simulation.memory import check_memory
-from warp_rods.simulation.resolution import unresolved_filaments, unresolved_swimmers
+from warp_rods.simulation.resolution import Resolution, largest_length, resolution
+from warp_rods.simulation.samples import Sample, samples_of, times_of
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 
-LIMIT_TIMES = 5
-"""Times of a run at which the bounds on step and spacing are evaluated on a moving membrane."""
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 CLOSE_START = 0.5
@@ -45,6 +46,7 @@ class Layout:
     """Ensembles by name, their bounds on the time step, and lines for the user."""
 
     scene: Scene
+    """With the numbers of nodes that were chosen."""
     device: Any
     surface: Surface | None = None
     """The membrane."""
@@ -52,6 +54,8 @@ class Layout:
     """The surface of the box."""
     ensembles: dict[str, Any] = field(default_factory=dict)
     limits: dict[str, StepLimit] = field(default_factory=dict)
+    samples: dict[str, list[Sample]] = field(default_factory=dict)
+    """The membrane where filaments may be, by name."""
     arranged: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
     """Poses of swimmers that are placed together, by arrangement and name."""
     notes: list[str] = field(default_factory=list)
@@ -83,13 +87,13 @@ def lay_out(scene: Scene, device) -> Layout:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
         )
+    scene = _choose_nodes(layout)
+    check_memory(scene)
     tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
     # Given placements come first, because rods placed at random must keep their distance from them.
     for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):
-        try:
-            BUILDERS[kind](layout, table)
-        except SceneError as error:
-            raise SceneError(f"{kind}[{index}].{error}") from None
+        with _naming(kind, index):
+            BUILDERS[kind].build(layout, table)
     layout.ensembles = {table.name: layout.ensembles[table.name] for _, _, table in tables}
     if any(scene.period):
         sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
@@ -104,12 +108,37 @@ def lay_out(scene: Scene, device) -> Layout:
     return layout
 
 
+@contextmanager
+def _naming(kind: str, index: int) -> Iterator[None]:
+    """Put the name of a table in front of its faults."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(f"{kind}[{index}].{error}") from None
+
+
+def _choose_nodes(layout: Layout) -> Scene:
+    """Put the numbers of nodes into the scene, with a note for each one chosen and a warning for each too small."""
+    chosen: dict[str, tuple] = {}
+    for kind, row in BUILDERS.items():
+        tables = []
+        for index, table in enumerate(getattr(layout.scene, kind)):
+            with _naming(kind, index):
+                found = row.resolve(layout, table)
+            layout.notes += found.notes
+            layout.warnings += found.warnings
+            tables.append(table.model_copy(update={"nodes": found.nodes}))
+        chosen[kind] = tuple(tables)
+    layout.scene = layout.scene.model_copy(update=chosen)
+    return layout.scene
+
+
 def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     """Warnings if rods may pass through each other."""
     found = []
     for name, rods in layout.ensembles.items():
-        spacing, swimmers = float(rods.spacing_array.numpy().max()), isinstance(rods, FreeRods)
-        found += barrier_warnings(name, spacing, steric.strength, steric.range, steric.core, swimmers)
+        # No spacing: that of the nodes is a criterion of their number.
+        found += barrier_warnings(name, 0.0, steric.strength, steric.range, steric.core, isinstance(rods, FreeRods))
     period = min((side for side in layout.scene.period if side), default=np.inf)
     if layout.scene.swimmers and period < 1 + steric.core:
         found.append(
@@ -125,12 +154,19 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     return found
 
 
-def _filaments(layout: Layout, table: FilamentsTable) -> None:
-    surface, scene = layout.surface, layout.scene
+def _filament_nodes(layout: Layout, table: FilamentsTable) -> Resolution:
+    surface, end = layout.surface, layout.scene.time.end
     assert surface is not None  # a scene of filaments without a surface is refused
-    times = np.linspace(0.0, scene.time.end, LIMIT_TIMES) if surface.moving else np.zeros(1)
-    for time in times:
+    for time in times_of(surface, end):
         _check_length(surface.at(time), table)
+    samples = layout.samples[table.name] = samples_of(surface, end, part_of(surface, table.bodies))
+    principal = np.concatenate([sample.principal for sample in samples])
+    return resolution(table, criteria_of_filaments(table, principal, layout.scene.steric))
+
+
+def _filaments(layout: Layout, table: FilamentsTable) -> None:
+    surface = layout.surface
+    assert surface is not None
 
     def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
@@ -139,8 +175,8 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
         }
         growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
         return BoundRods(
-            surface, position, direction, nodes=table.nodes, ends=table.ends, growth=growth, **parameters, **placed,
-            device=layout.device,
+            surface, position, direction, nodes=table.node_count, ends=table.ends, growth=growth, device=layout.device,
+            **parameters, **placed,
         )  # fmt: skip
 
     part = part_of(surface, table.bodies)
@@ -149,20 +185,17 @@ def _filaments(layout: Layout, table: FilamentsTable) -> None:
         rods = build(position, direction)
     else:
         p = table.placement
-        geodesic = each_node(p.geodesic_curvature, table.count, table.nodes)
+        geodesic = each_node(p.geodesic_curvature, table.count, table.node_count)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
         if len(lost := np.flatnonzero(rods.status)):
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits, coarse = [bent_start_limit(rods, rods.strain[..., 2])], []
-    for time, now in zip(times, map(surface.at, times), strict=True):
-        points = placement.uniform_points(now, SAMPLES, np.random.default_rng(0), part)
-        curved = placement.curved_points(now, points)
-        limits.append(membrane_limit(now, rods, rods.position if time == 0 else None, points, curved))
-        coarse += unresolved_filaments(now, table, np.concatenate([points, curved]))
+    limits = [bent_start_limit(rods, rods.strain[..., 2])]
+    for now in layout.samples[table.name]:
+        nodes = rods.position if now.time == 0 else None
+        limits.append(membrane_limit(now.surface, rods, nodes, now.uniform, now.curved))
     layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
-    layout.warnings += coarse[-1:]
 
 
 def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
@@ -176,9 +209,7 @@ def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
 def _check_length(surface: Surface, table: FilamentsTable) -> None:
     low, high = surface.box
     circumference = math.pi * float((high - low).max()) / SPARE
-    growth = table.growth
-    grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
-    length = max(float(np.max(v)) for v in (table.length, *grown))
+    length = largest_length(table)
     if surface.closed and length > circumference:
         raise SceneError(
             f"length = {length:g}: larger than the circumference of the {surface.kind}, {circumference:.4g}: the "
@@ -211,7 +242,7 @@ def _random(
 
     if steric is None:
         return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
-    spacing = float(np.max(table.length)) / (table.nodes - 1)
+    spacing = float(np.max(table.length)) / (table.node_count - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
         poses, made = inside(rods)
@@ -228,7 +259,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
     names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     return FreeRods(
         table.count,
-        table.nodes,
+        table.node_count,
         **{name: getattr(table, name) for name in names},
         flagella=table.flagella.model_dump(),
         shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
@@ -247,6 +278,10 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
     return poses
 
 
+def _swimmer_nodes(layout: Layout, table: SwimmersTable) -> Resolution:
+    return resolution(table, criteria_of_swimmers(table, layout.scene.steric))
+
+
 def _swimmers(layout: Layout, table: SwimmersTable) -> None:
     placed: dict[str, np.ndarray] = {}
     if isinstance(table.placement, str):
@@ -257,7 +292,6 @@ def _swimmers(layout: Layout, table: SwimmersTable) -> None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     layout.limits[table.name] = layout.ensembles[table.name].step_limit
-    layout.warnings += unresolved_swimmers(table)
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])
@@ -279,5 +313,13 @@ def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:
     ]
 
 
-BUILDERS: dict[str, Callable[[Layout, Any], None]] = {"filaments": _filaments, "swimmers": _swimmers}
-"""Table of the scene → function that adds an ensemble to the layout."""
+@dataclass(frozen=True)
+class Builder:
+    """Functions of the layout and a table: ``resolve`` chooses its number of nodes, ``build`` adds its ensemble."""
+
+    resolve: Callable[[Layout, Any], Resolution]
+    build: Callable[[Layout, Any], None]
+
+
+BUILDERS = {"filaments": Builder(_filament_nodes, _filaments), "swimmers": Builder(_swimmer_nodes, _swimmers)}
+"""By the name of the table in the scene."""

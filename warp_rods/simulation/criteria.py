@@ -27,8 +27,9 @@ WAVING, SOFTEST_STEADY = 3.2e-3, 4e-5
 The U begins to wave at 2.3e-3 to 3.3e-3 (D from 1e-4 to 3e-3, η from 1.5 to 4)."""
 REVERSAL = 1 / 3
 """Width of the reversal of f = −tanh(as) of held flagella in units of 1/a; as wide as √D is with diffusion."""
-TWISTS = 0.5
-"""Largest spacing in units of (β⊥/T)(β∥/β⊥)^(1/3), T the twist moment."""
+WOUND, UNWOUND = 0.5, 1.0
+"""Largest spacing of a swimmer that starts with the twist that balances its moment, and of one that starts without, in
+units of (β⊥/T)(β∥/β⊥)^(1/3), T the twist moment."""
 LEAST_TWIST_RATIO = 0.1
 """β∥/β⊥ below which the growth of helices was not measured; that spacing is used there."""
 UNBALANCED = 10.0
@@ -37,12 +38,16 @@ CELLS_PER_HALF_WAVE = 14
 """Cells for each half-wave of a beam mode at the start."""
 BENT_START = 1.0
 """Bending in radians per cell of a swimmer at the start."""
-FEWEST_CELLS = 12
+FEWEST_CELLS = 16
 """Cells of a filament on a membrane, however flat."""
-LARGEST_ANGLE = 0.3
+LARGEST_ANGLE = 0.25
 """Bending of a filament in radians per cell."""
 TURNS = 1.0
 """Largest spacing of a filament in units of √(B3/e''), the length over which its ends turn in the membrane."""
+
+ACROSS = 1.5
+"""Largest spacing for contact in units of √(aε), the width along a rod of the force between rods that touch: with it,
+and at most ε, the sum over nodes is within 1.5 % of the integral where centre lines are ε/2 apart or more."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,10 @@ def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None) -> list[Cr
 def criteria_of_filaments(table: FilamentsTable, principal: np.ndarray, steric: Steric | None) -> list[Criterion]:
     """What the nodes of filaments must resolve on a membrane with these principal curvatures [n, 2], ascending."""
     few = Criterion(f"a filament has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
-    return [few, *_angles(table, principal), *_turning(table, principal), *_contact(steric)]
+    found = [few, *_angles(table, principal), *_turning(table, principal), *_contact(steric)]
+    if table.growth is not None and table.growth.spacing is not None:
+        found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
+    return found
 
 
 # --- swimmers ---------------------------------------------------------------------------------------------------------
@@ -97,12 +105,12 @@ def _imbalance(table: SwimmersTable) -> float:
 def _twist(table: SwimmersTable) -> list[Criterion]:
     """A twist moment T makes a straight rod coil into helices of wavenumber 3T/4β⊥ (docs/model.md §9)."""
     bend, twist, moment = (each_rod(getattr(table, name), table.count) for name in ("bend", "twist", "moment"))
-    wound = UNBALANCED if table.shape.kind == "writhe" and not table.shape.balanced else 1.0
-    T = np.abs(moment) * _imbalance(table) * wound
+    writhes = table.shape.kind == "writhe"
+    T = np.abs(moment) * _imbalance(table) * (UNBALANCED if writhes and not table.shape.balanced else 1.0)
     if not T.any():
         return []
     with np.errstate(divide="ignore"):
-        spacing = TWISTS * bend / T * np.cbrt(np.maximum(twist / bend, LEAST_TWIST_RATIO))
+        spacing = (WOUND if writhes else UNWOUND) * bend / T * np.cbrt(np.maximum(twist / bend, LEAST_TWIST_RATIO))
     rod = int(np.argmin(spacing))
     largest = float(spacing[rod])
     values = f"β⊥ = {bend[rod]:.3g} and M = {moment[rod]:.3g}"
@@ -173,5 +181,9 @@ def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
 def _contact(steric: Steric | None) -> list[Criterion]:
     if steric is None or steric.strength == 0:
         return []
+    across = ACROSS * math.sqrt(steric.range * steric.core)
+    if across < steric.core:
+        reason = f"contact acts over a length √(range · core): Δs ≤ {ACROSS:g} √(range · core) = {across:.3g}"
+        return [Criterion(reason, across)]
     reason = f"rods may pass between nodes that are more than the steric core {steric.core:g} apart"
     return [Criterion(reason, steric.core)]

@@ -73,16 +73,14 @@ def with_nodes(scene: Scene, numbers: Mapping[str, int]) -> Scene:
 
 
 def nodes_needed(table: EnsembleTable, criterion: Criterion) -> int:
-    """The smallest number of nodes of this table that meets a criterion; odd for swimmers."""
+    """The smallest odd number of nodes of this table that meets a criterion; with it a node is at the middle."""
     length = largest_length(table)
     growth = table.growth if isinstance(table, FilamentsTable) else None
     if growth is not None and growth.largest_spacing <= criterion.spacing:
         length = float(np.max(table.length))  # type: ignore[union-attr]  # more nodes are inserted as it grows
     cells = max(criterion.cells, math.ceil(length / criterion.spacing * (1 - ROUND_OFF)))
     fewest = type(table).FEWEST_NODES
-    if isinstance(table, SwimmersTable):
-        cells += cells % 2
-    return max(cells + 1, fewest)
+    return max(cells + cells % 2 + 1, fewest)
 
 
 def largest_length(table: EnsembleTable) -> float:

@@ -90,7 +90,7 @@ def test_swimmers_with_too_few_nodes_are_told():
     with pytest.raises(SceneError, match=r"swimmers\[0\].shape.mode = 12: 17 nodes for the 13.5 half-waves"):
         swimmer(nodes=17, bend=1e-2, shape=MODE | {"mode": 12})
     (line,) = swimmer(nodes=33, bend=1e-2, shape=MODE | {"mode": 5}).warnings
-    assert "the 6.5 half-waves of the mode 5" in line and line.endswith("use 93 nodes or more")
+    assert "the 6.5 half-waves of the mode 5" in line and line.endswith("use 119 nodes or more")
 
 
 def test_a_step_above_the_bound_where_a_filament_has_come_to_is_warned_of_once():

@@ -46,8 +46,8 @@ def odd(length: float, spacing: float) -> int:
 
 
 SWIMMERS = {
-    "the start, 14 cells in a half-wave": ({}, 23),
-    "the start, a higher mode": ({"shape": MODE | {"mode": 4}}, 79),
+    "the start, 18 cells in a half-wave": ({}, 29),
+    "the start, a higher mode": ({"shape": MODE | {"mode": 4}}, 101),
     "the start, strongly bent": ({"shape": MODE | {"amplitude": 60.0}}, odd(1, 1 / (60 * 1.58815))),
     "the least": ({"shape": {"kind": "straight"}, "bend": 2e-2}, 17),
     "steady": ({"bend": 3e-4}, odd(1, 0.5 * np.cbrt(1.5e-4))),
@@ -162,7 +162,7 @@ def test_each_ensemble_chooses_its_own_and_the_scene_as_run_has_the_numbers(tmp_
     }  # fmt: skip
     scene, out = Scene.parse(tables), tmp_path / "run"
     run = workflow.run(scene, out)
-    chosen = {"c": 23, "soft": odd(1, 0.5 * np.cbrt(1.5e-4)), "given": 33, "f": 17}
+    chosen = {"c": 29, "soft": odd(1, 0.5 * np.cbrt(1.5e-4)), "given": 33, "f": 17}
     kept = tomllib.loads((out / "scene.toml").read_text())
     assert {t["name"]: t["nodes"] for t in kept["swimmers"] + kept["filaments"]} == chosen
     assert run.scene == Scene.load(out / "scene.toml")
@@ -182,8 +182,8 @@ def test_check_shows_the_number_chosen_with_its_reason(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(Scene.parse({"swimmers": [SWIMMER], "time": TIME}).to_toml())
     cli.check(tmp_path / "scene.toml")
     said = capsys.readouterr().out
-    assert "c: 1 rods of 23 nodes" in said
-    assert "c: 23 nodes chosen, 0.0455 apart: the 1.5 half-waves of the mode 0 at the start" in said
+    assert "c: 1 rods of 29 nodes" in said
+    assert "c: 29 nodes chosen, 0.0357 apart: the 1.5 half-waves of the mode 0 at the start" in said
 
 
 # --- one per cent -----------------------------------------------------------------------------------------------------

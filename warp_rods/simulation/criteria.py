@@ -34,7 +34,7 @@ LEAST_TWIST_RATIO = 0.1
 """β∥/β⊥ below which the growth of helices was not measured; that spacing is used there."""
 UNBALANCED = 10.0
 """The twist moment of a writhe that is not balanced (C.63), in units of the balanced one."""
-CELLS_PER_HALF_WAVE = 14
+CELLS_PER_HALF_WAVE = 18
 """Cells for each half-wave of a beam mode at the start."""
 BENT_START = 1.0
 """Bending in radians per cell of a swimmer at the start."""

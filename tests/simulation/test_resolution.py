@@ -14,6 +14,7 @@ from warp_rods.rods.free.rods import FreeRods
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.resolution import MOST_CHOSEN
+from warp_rods.simulation.samples import samples_of
 from warp_rods.theory.steady import Swimmer
 
 MODE = {"kind": "mode", "mode": 0, "amplitude": 3.0}
@@ -117,6 +118,23 @@ def test_the_number_chosen_for_filaments(name):
         (line,) = filaments(**values, nodes=expected - 2).warnings
         assert f"{expected - 2} nodes are" in line and line.endswith(f"use {expected} nodes or more")
     assert not filaments(**values, nodes=expected).warnings
+
+
+def test_the_length_over_which_the_curvature_of_a_membrane_varies():
+    """A sheet z = a sin kx with small ak has the curvature a k² sin kx; that of spheres and cylinders does not vary."""
+    for kind, values, varies in (
+        ("expression", {"phi": "z - 0.01*sin(4*x)", "box": [[-1, 1], [-1, 1], [-1, 1]]}, 4.0),
+        ("expression", {"phi": "z - 0.001*sin(8*x)", "box": [[-1, 1], [-1, 1], [-1, 1]]}, 8.0),
+        ("sphere", {"radius": 1.0}, 0.0),
+        ("cylinder", {"radius": 0.5, "length": 6.0}, 0.0),
+        ("plane", {"size": 2.0}, 0.0),
+    ):
+        (sample,) = samples_of(surfaces.make(kind, values), 1.0, None)
+        assert np.sqrt(sample.variation) == pytest.approx(varies, rel=0.04, abs=1e-3)
+    sheet = {"kind": "expression", "phi": "z - 0.01*sin(8*x)", "box": [[-1, 1], [-1, 1], [-1, 1]]}
+    simulation = filaments(surface=sheet)
+    assert nodes(simulation) == pytest.approx(odd(0.5, 0.1 / 8), abs=2)
+    assert any("curvatures of the membrane vary over a length" in note for note in simulation.notes)
 
 
 @pytest.mark.parametrize(("range", "spacing"), [(0.02, 0.03), (0.002, 1.5 * np.sqrt(0.002 * 0.03))])

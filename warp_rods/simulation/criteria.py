@@ -19,6 +19,7 @@ from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.samples import Sample
 
 BENDS, WAVES = 0.5, 0.18
 """Largest spacing for a swimmer that swims steadily, and for one that waves, in units of (β⊥/η)^(1/3)."""
@@ -42,6 +43,8 @@ FEWEST_CELLS = 16
 """Cells of a filament on a membrane, however flat."""
 LARGEST_ANGLE = 0.25
 """Bending of a filament in radians per cell."""
+VARIES = 0.1
+"""Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
 TURNS = 1.0
 """Largest spacing of a filament in units of √(B3/e''), the length over which its ends turn in the membrane."""
 
@@ -64,10 +67,11 @@ def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None) -> list[Cr
     return [_buckling(table), *_twist(table), *_start(table), *_contact(steric)]
 
 
-def criteria_of_filaments(table: FilamentsTable, principal: np.ndarray, steric: Steric | None) -> list[Criterion]:
-    """What the nodes of filaments must resolve on a membrane with these principal curvatures [n, 2], ascending."""
+def criteria_of_filaments(table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None) -> list[Criterion]:
+    """What the nodes of filaments must resolve on a membrane, which is given by samples of it."""
+    principal = np.concatenate([sample.principal for sample in samples])
     few = Criterion(f"a filament has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
-    found = [few, *_angles(table, principal), *_turning(table, principal), *_contact(steric)]
+    found = [few, *_angles(table, principal), *_variation(samples), *_turning(table, principal), *_contact(steric)]
     if table.growth is not None and table.growth.spacing is not None:
         found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
     return found
@@ -151,6 +155,17 @@ def _angles(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
         return []
     reason = f"{what} reach {largest:.3g}: a filament bends by {LARGEST_ANGLE:g} radian a cell at most"
     return [Criterion(reason, LARGEST_ANGLE / largest)]
+
+
+def _variation(samples: Sequence[Sample]) -> list[Criterion]:
+    """A filament moves by the differences of its energy, which follow from the curvature along it."""
+    varies = max(sample.variation for sample in samples)
+    if varies == 0:
+        return []
+    length = 1 / math.sqrt(varies)
+    largest = VARIES * length
+    reason = f"curvatures of the membrane vary over a length √(κ/κ'') = {length:.3g}: Δs ≤ {VARIES:g} of it"
+    return [Criterion(reason, largest)]
 
 
 def _largest(values: float | Sequence) -> float:

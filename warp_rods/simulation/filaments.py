@@ -38,8 +38,7 @@ def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
     samples = layout.samples[table.name] = samples_of(surface, end, part_of(surface, table.bodies))
-    principal = np.concatenate([sample.principal for sample in samples])
-    return resolution(table, criteria_of_filaments(table, principal, layout.scene.steric))
+    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric))
 
 
 def build_filaments(layout: Layout, table: FilamentsTable) -> None:

@@ -14,7 +14,6 @@ import numpy as np
 
 from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import each_rod
-from warp_rods.rods.step_limits import turning_stiffness
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
 from warp_rods.scene.swimmers import SwimmersTable
@@ -45,6 +44,8 @@ LARGEST_ANGLE = 0.25
 """Bending of a filament in radians per cell."""
 VARIES = 0.1
 """Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
+ANGLES = 72
+"""Orientations in the tangent plane at which the energy is evaluated."""
 TURNS = 1.0
 """Largest spacing of a filament in units of √(B3/e''), the length over which its ends turn in the membrane."""
 
@@ -178,7 +179,7 @@ def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
     each = [each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic")]
     shortest, found = math.inf, 0.0
     for row in np.unique(np.column_stack(each), axis=0):
-        e2 = float(turning_stiffness(principal, row[:3], row[3:]).max(initial=0.0))
+        e2 = _orientation_stiffness(principal, row[:3], row[3:])
         if e2 > 0 and (length := math.sqrt(row[2] / e2)) < shortest:
             shortest, found = length, e2
     if math.isinf(shortest):
@@ -188,6 +189,20 @@ def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
         f"stiffness e'' = {found:.3g}"
     )
     return [Criterion(reason, TURNS * shortest)]
+
+
+def _orientation_stiffness(principal: np.ndarray, stiffness: np.ndarray, intrinsic: np.ndarray) -> float:
+    """The largest e''(α) at these principal curvatures and any angle α to the first of their directions; force.
+
+    e = ½B1(K12 − σ1)² + ½B2(K11 + σ2)² is the energy per length of a short geodesic filament.
+    """
+    alpha = np.linspace(0, np.pi, ANGLES, endpoint=False)
+    mean, half = principal.mean(axis=-1)[:, None], (principal[:, 1:] - principal[:, :1]) / 2
+    cosine, sine = np.cos(2 * alpha), np.sin(2 * alpha)
+    K11, K12 = mean + half * cosine, -half * sine
+    twist = 4 * half**2 * cosine**2 + 4 * half * sine * (K12 - intrinsic[0])
+    bend = 4 * half**2 * sine**2 - 4 * half * cosine * (K11 + intrinsic[1])
+    return float((stiffness[0] * twist + stiffness[1] * bend).max(initial=0.0))
 
 
 # --- both -------------------------------------------------------------------------------------------------------------

@@ -8,8 +8,9 @@ import numpy as np
 
 from warp_rods.membranes import sampling
 from warp_rods.membranes.surface import Surface
-from warp_rods.rods.step_limits import SAMPLES
 
+SAMPLES = 400
+"""Points uniform in area."""
 DIRECTIONS = 12
 """Directions in the tangent plane in which curvature is differentiated."""
 SHIFT, SMALL = 0.2, 0.1

@@ -24,6 +24,7 @@ Pairs2D = wp.array2d(dtype=wp.vec2d)
 Vectors2D = wp.array2d(dtype=wp.vec3d)
 Quadruples2D = wp.array2d(dtype=wp.vec4d)
 Matrices2D = wp.array2d(dtype=wp.mat33d)
+Blocks2D = wp.array2d(dtype=wp.mat22d)
 Quaternions2D = wp.array2d(dtype=wp.quatd)
 Values2D = wp.array2d(dtype=Any)
 """Scalars, pairs or vectors."""

@@ -45,6 +45,8 @@ class Pace:
     highest_order: Integers1D
     taken: Integers1D
     rejected: Integers1D
+    largest_error: Scalars1D  # of a step that was taken
+    total_error: Scalars1D  # sum of the errors of all steps that were taken
 
 
 @wp.struct
@@ -116,8 +118,10 @@ def step_factor(error: real, order: int) -> real:
 
 
 @wp.func
-def push_time(pace: Pace, rod: int, t: real):
-    """Take t as the time of the newest level."""
+def push_time(pace: Pace, rod: int, t: real, error: real):
+    """Take t as the time of the newest level, after a step with this error."""
+    pace.largest_error[rod] = wp.max(pace.largest_error[rod], error)
+    pace.total_error[rod] = pace.total_error[rod] + error
     for k in range(LEVELS - 1):
         j = LEVELS - 1 - k
         pace.at[rod, j] = pace.at[rod, j - 1]

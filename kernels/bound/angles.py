@@ -14,7 +14,7 @@ and at the tracked node from ω2, or from its clamp.
 
 import warp as wp
 
-from warp_rods.kernels.bound.rod import angular_velocity, drag_across, is_clamped
+from warp_rods.kernels.bound.rod import angular_velocity, is_clamped, resistance_at
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Scalars2D, real
 from warp_rods.kernels.stencils import half_average
@@ -79,7 +79,7 @@ def turn_to_velocity(f: Filaments, rod: int, i: int) -> wp.vec4d:
     else:
         w[1] -= turning_stiffness(f, rod, i - 1) / h
         w[2] += turning_stiffness(f, rod, i) / h
-    return w / drag_across(f.curvature[rod, i], f.drag[rod])
+    return w / resistance_at(f, rod, i)[2]
 
 
 @wp.kernel
@@ -101,7 +101,7 @@ def set_angle_rows(
     upper: Scalars2D,
     upper2: Scalars2D,
 ):
-    """Rows of a − J at half nodes; the row after the last half node is that of zero."""
+    """Rows of a − J at half nodes; the row after the last half node is that of a given value."""
     rod, i = wp.tid()
     if f.active[rod] == 0:
         return
@@ -120,9 +120,29 @@ def set_angle_rows(
     upper2[rod, i] = -per_length * after[3]
 
 
+@wp.func
+def set_end_constant(f: Filaments, source: real, a: real, rod: int, rhs: Scalars2D):
+    """The constant c in δΩ = −2 δα/Δs + c at the last end, where both are clamped, and its part in δu2 next to it.
+
+    It follows from ``a δΩ − 2 δu2/Δs² = source`` at the end and the row of the last half node, ``a δα + δu2/Δs = g``.
+    """
+    last = f.geodesic.shape[1] - 1
+    h = f.spacing[rod]
+    c = (source + real(2.0) * rhs[rod, last - 1] / h) / a
+    du2 = -f.stiffness[rod][2] * c / (h * h * resistance_at(f, rod, last - 1)[2])
+    rhs[rod, last - 1] = rhs[rod, last - 1] - du2 / h
+    rhs[rod, last - 2] = rhs[rod, last - 2] + du2 / h
+    rhs[rod, last] = c
+
+
 @wp.kernel
-def set_angle_rhs(f: Filaments, rate_of_change: Scalars2D, slope: Scalars2D, turn_slope: Scalars1D, rhs: Scalars2D):
-    """g at half nodes, from the tracked node outwards; ``slope`` is Σ d Ω, ``turn_slope`` Σ d ψ."""
+def set_angle_rhs(
+    f: Filaments, rate_of_change: Scalars2D, slope: Scalars2D, turn_slope: Scalars1D, rate: Scalars1D, rhs: Scalars2D
+):
+    """g at half nodes, from the tracked node outwards; ``slope`` is Σ d Ω, ``turn_slope`` Σ d ψ, ``rate`` a.
+
+    After the last half node, ``set_end_constant`` or 0.
+    """
     rod = wp.tid()
     if f.active[rod] == 0:
         return
@@ -148,23 +168,19 @@ def set_angle_rhs(f: Filaments, rate_of_change: Scalars2D, slope: Scalars2D, tur
             g -= h * (rate_of_change[rod, j] - slope[rod, j])
             rhs[rod, j - 1] = g
     rhs[rod, last] = real(0.0)
+    if f.start_clamped == 1 and f.end_clamped == 1:
+        set_end_constant(f, rate_of_change[rod, last] - slope[rod, last], rate[rod], rod, rhs)
 
 
 @wp.func
-def geodesic_increment(f: Filaments, turn: Scalars2D, weights: Quadruples2D, end_rate: real, a: real, rod: int, i: int):
-    """δΩ at a node.
-
-    Where both ends are clamped, the last one has an equation of its own: ``end_rate`` is ∂Ω/∂t − Σ d Ω there.
-    """
+def geodesic_increment(f: Filaments, turn: Scalars2D, rod: int, i: int):
+    """δΩ at a node."""
     last = f.geodesic.shape[1] - 1
     h = f.spacing[rod]
     if i == 0:
         return real(2 * f.start_clamped) * turn[rod, 0] / h
     if i == last:
-        if f.start_clamped == 1 and f.end_clamped == 1:
-            beside = velocity_increment(turn, weights, rod, last - 1)
-            return (end_rate + real(2.0) * beside / (h * h)) / a
-        return real(-2 * f.end_clamped) * turn[rod, last - 1] / h
+        return real(-2 * f.end_clamped) * turn[rod, last - 1] / h + turn[rod, last]
     return (turn[rod, i] - turn[rod, i - 1]) / h
 
 

@@ -9,26 +9,16 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.bound.angles import velocity_increment
 from warp_rods.kernels.bound.growth import Growth, set_length
 from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
-from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_of
+from warp_rods.kernels.bound.rod import strain_of
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import accept, error_of_step, find_new_geodesic, status_of
-from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Vectors1D, real
+from warp_rods.kernels.bound.step import accept
+from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp
 from warp_rods.kernels.magnus import RATES, twist_over
-from warp_rods.kernels.multistep import (
-    Levels,
-    Pace,
-    choose_next,
-    formula_of,
-    reject,
-    step_factor,
-    times_of,
-    weights_at,
-)
-from warp_rods.kernels.status import KINK, LEFT_DATA, NOT_FINITE, OFF_SURFACE, OK
+from warp_rods.kernels.multistep import Levels, Pace, formula_of, times_of, weights_at
+from warp_rods.kernels.status import KINK, LEFT_DATA, OFF_SURFACE, OK
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
     Parameters,
@@ -52,8 +42,6 @@ LARGEST_DISTANCE = wp.constant(real(0.01))
 """Fraction of Δs by which a node may be off the surface after it was projected."""
 HALF_TURN = wp.constant(real(wp.pi))
 """Bending of a cell, in radians."""
-SHORTEST = wp.constant(real(1.0e-13))
-"""The shortest step that is tried, in units of the time at its start and of ``target[2]``."""
 
 
 @wp.func
@@ -85,7 +73,7 @@ def levels_of_rates(pace: Pace, rod: int) -> int:
 
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """Kernels that depend on the surface: ``place``, ``advance_tracked``, ``rebuild``, ``residuals``."""
+    """Kernels that depend on the surface: ``place``, ``predict``, ``rebuild``, ``take``, ``show``, ``residuals``."""
 
     @wp.func
     def project(p: Parameters, x: wp.vec3d) -> wp.vec3d:
@@ -238,60 +226,19 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return wp.where(wp.length(x - r) < allowed, OK, OFF_SURFACE)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def correct(
-        f: Filaments,
-        past: History,
-        pace: Pace,
-        plan: Plan,
-        weights: Quadruples2D,
-        target: Scalars1D,
-        parameters: ParameterArray,
-    ):
-        """The state at the end of the step from the turn δα; ``dim = rods``.
-
-        ``target[1]`` is the error allowed in a step; 0: every step is taken that gives a valid state.
-        """
+    def take(f: Filaments, past: History, pace: Pace, plan: Plan, parameters: ParameterArray):
+        """Make the result of the step the present state; a rod without a valid one is frozen; ``dim = rods``."""
         rod = wp.tid()
         if f.active[rod] == 0:
             return
-        at = times_of(pace, rod)
-        t = plan.end[rod]
-        find_new_geodesic(f, past, plan, weights, rod)
-        turn = turn_at(past, plan.value[rod], rod)
-        u = node_velocity(f, rod, f.tracked)
-        omega = angular_velocity(f, rod, f.tracked)
-        if f.start_clamped + f.end_clamped == 0:
-            node = f.tracked
-            increment = real(0.5) * (plan.turn[rod, node - 1] + plan.turn[rod, node])
-            turn += increment
-            du2 = velocity_increment(plan.turn, weights, rod, node)
-            K = f.curvature[rod, node]
-            u += wp.vec3d(real(0.0), du2, real(0.0))
-            spin = plan.rate[rod] * increment + plan.turn_slope[rod]
-            omega = wp.vec3d(omega[0] + K[2] * du2, omega[1] - K[1] * du2, spin)
-        status = status_of(f, plan, rod, u, omega, t - at[0])
-        errors = error_of_step(f, past, pace, plan, rod, u, turn, target[1])
-        own = target[1] > real(0.0)
-        if own and (status != OK or errors[0] > real(1.0)):
-            if t - at[0] < SHORTEST * (wp.abs(t) + target[2]):
-                f.status[rod] = wp.max(status, NOT_FINITE)
-                past.failed_at[rod] = at[0]
-            factor = step_factor(errors[0], pace.order[rod])
-            if status != OK:
-                factor = real(0.25)
-            reject(pace, rod, factor)
-            return
+        start = pace.at[rod, 0]
+        status = plan.status[rod]
         if status == OK:
-            order = pace.order[rod]
-            ready = pace.waited[rod] >= order
-            accept(f, past, pace, rod, t, turn, omega, u)
+            accept(f, past, pace, plan, rod)
             status = accept_frame(f, past, pace, parameters[0], rod)
-            if own and ready:
-                same = step_factor(errors[0], order)
-                choose_next(pace, rod, errors[1], same, errors[2])
         if status != OK:
             f.status[rod] = status
-            past.failed_at[rod] = at[0]
+            past.failed_at[rod] = start
 
     @wp.kernel(module="unique", enable_backward=False)
     def show(f: Filaments, past: History, pace: Pace, growth: Growth, target: Scalars1D, parameters: ParameterArray):
@@ -342,9 +289,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
         largest[rod] = found
 
-    return SimpleNamespace(
-        place=place, predict=predict, rebuild=rebuild, correct=correct, show=show, residuals=residuals
-    )
+    return SimpleNamespace(place=place, predict=predict, rebuild=rebuild, take=take, show=show, residuals=residuals)
 
 
 @functools.cache

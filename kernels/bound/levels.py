@@ -38,6 +38,8 @@ class History:
     position_before: Vectors1D
     angular_velocity: Vectors2D  # ω of the tracked node [rod, level]
     velocity: Vectors2D  # u of the tracked node
+    foretold: Vectors2D  # positions at the extrapolated state of the last step [rod, node]; with contact
+    foretold_at: Scalars1D  # its time
     failed_at: Scalars1D  # time at which the rod was frozen
 
 
@@ -52,6 +54,13 @@ class Plan:
     turn_slope: Scalars1D  # Σ d ψ
     geodesic_slope: Scalars2D  # Σ d Ω [rod, node]
     turn: Scalars2D  # δα at half nodes [rod, node]; first the right-hand side
+    angle: Scalars1D  # ψ at the end of the step
+    velocity: Vectors1D  # u of the tracked node there
+    angular_velocity: Vectors1D  # ω
+    status: Integers1D  # OK, or why the result is not valid
+    error: Scalars1D  # of the step
+    lower: Scalars1D  # of a step of the order below, and of that above; negative: not known
+    higher: Scalars1D
     unfit: Integers2D  # OK, or why a side of the rod [rod, side] cannot follow its surface
 
 

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warp_rods.kernels.bound.membrane_motion import shortening_rate
-from warp_rods.kernels.bound.rod import drag_across, drag_coupling, free_end_tension
+from warp_rods.kernels.bound.rod import free_end_tension, resistance_at
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Scalars2D, real
 
@@ -15,10 +15,10 @@ def inner_row(f: Filaments, rod: int, i: int) -> wp.vec4d:
     """(lower, diagonal, upper, rhs) of (u1(i+½) − u1(i−½))/Δs − Ω u2 = K11 V in λ; zero at the ends."""
     if i == 0 or i == f.geodesic.shape[1] - 1:
         return wp.vec4d()
-    K = f.curvature[rod, i]
+    Z = resistance_at(f, rod, i)
     geodesic = f.geodesic[rod, i]
-    mobility = geodesic / drag_across(K, f.drag[rod])
-    half_coupling = real(0.5) * geodesic * drag_coupling(K, f.drag[rod])
+    mobility = geodesic / Z[2]
+    half_coupling = real(0.5) * geodesic * Z[1] / Z[2]
     after = real(1.0) / f.spacing[rod] + half_coupling
     before = real(1.0) / f.spacing[rod] - half_coupling
     return wp.vec4d(

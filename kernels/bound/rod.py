@@ -56,15 +56,22 @@ def free_end_tension(K: wp.vec3d, m: wp.vec3d) -> real:
 
 
 @wp.func
-def drag_across(K: wp.vec3d, drag: wp.vec3d) -> real:
-    """Z22 = ζ⊥ + ζr K22²."""
-    return drag[1] + drag[2] * K[2] * K[2]
+def resistance(K: wp.vec3d, drag: wp.vec3d, contact: wp.vec3d) -> wp.vec3d:
+    """(Z11, Z12, Z22) = (ζ∥ + ζr K12², ζr K12 K22, ζ⊥ + ζr K22²) + C."""
+    Z = wp.vec3d(drag[0] + drag[2] * K[1] * K[1], drag[2] * K[1] * K[2], drag[1] + drag[2] * K[2] * K[2])
+    return Z + contact
 
 
 @wp.func
-def drag_coupling(K: wp.vec3d, drag: wp.vec3d) -> real:
-    """z = Z12/Z22 with Z12 = ζr K12 K22."""
-    return drag[2] * K[1] * K[2] / drag_across(K, drag)
+def resistance_at(f: Filaments, rod: int, i: int) -> wp.vec3d:
+    """(Z11, Z12, Z22) at node i."""
+    return resistance(f.curvature[rod, i], f.drag[rod], f.contact_drag[rod, i])
+
+
+@wp.func
+def half_resistance(f: Filaments, rod: int, i: int) -> wp.vec3d:
+    """(Z11, Z12, Z22) at i + ½."""
+    return resistance(half_average(f.curvature, rod, i), f.drag[rod], half_average(f.contact_drag, rod, i))
 
 
 @wp.func
@@ -133,10 +140,10 @@ def velocity_across_at(f: Filaments, rod: int, i: int) -> real:
     last = f.geodesic.shape[1] - 1
     if is_clamped(f, i):
         return real(0.0)
-    K = f.curvature[rod, i]
+    Z = resistance_at(f, rod, i)
     force = f.geodesic[rod, i] * f.tension[rod, i] + f.transverse_force[rod, i]
-    u2 = force / drag_across(K, f.drag[rod])
-    z = drag_coupling(K, f.drag[rod])
+    u2 = force / Z[2]
+    z = Z[1] / Z[2]
     half_angle = real(0.5) * f.spacing[rod] * f.geodesic[rod, i]
     half_shortening = real(0.5) * f.spacing[rod] * shortening_rate(f, rod, i)
     if i == 0:
@@ -215,10 +222,9 @@ def find_velocity_coefficients(f: Filaments):
         return
     if i == f.geodesic.shape[1] - 1:
         return
-    K = half_average(f.curvature, rod, i)
-    drag = f.drag[rod]
-    z = drag_coupling(K, drag)
-    M11 = real(1.0) / (drag[0] + drag[2] * K[1] * K[1] - z * drag[2] * K[1] * K[2])
+    Z = half_resistance(f, rod, i)
+    z = Z[1] / Z[2]
+    M11 = real(1.0) / (Z[0] - z * Z[1])
     h = f.spacing[rod]
     minus_half_z = real(-0.5) * z
     f.u1_left[rod, i] = M11 * (minus_half_z * f.geodesic[rod, i] - real(1.0) / h)

@@ -34,6 +34,7 @@ class Filaments:
     rotation: Matrices2D  # columns q, n×q, n
     position: Vectors2D  # r
     force: Vectors2D  # external force per length, in space
+    contact_drag: Vectors2D  # C11, C12, C22: drag by which a step treats contact; 0 but in a step
     membrane_moves: int  # 1: the membrane moves
     normal_velocity: Scalars2D  # V, velocity of the membrane along n
     normal_velocity_slope: Scalars2D  # V_1 = (n×q)·∇V

@@ -7,7 +7,7 @@ import functools
 
 import warp as wp
 
-from warp_rods.kernels.layout import Scalars1D, Vectors2D, real
+from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 from warp_rods.kernels.stencils import trapezoid_weight
 from warp_rods.kernels.surface.geometry import ParameterArray, Parameters
 
@@ -54,13 +54,23 @@ def cap_depths(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d, wall_range: real) -> 
     return wp.max(x - high + reach, wp.vec3d()) - wp.max(low - x + reach, wp.vec3d())
 
 
+@wp.func
+def touched(depths: wp.vec3d) -> wp.vec3d:
+    """1 along each axis with a cap that is touched, otherwise 0."""
+    one, zero = real(1.0), real(0.0)
+    return wp.vec3d(
+        wp.where(depths[0] == zero, zero, one), wp.where(depths[1] == zero, zero, one),
+        wp.where(depths[2] == zero, zero, one),
+    )  # fmt: skip
+
+
 @functools.cache
 def walls_of(field: wp.Function):
     """The kernel of a soft wall along φ = 0 of a ``field``: W = ½ k (d + δ)² per length where d > −δ; ``dim = rods``.
 
     d is the distance outside the surface, or inside it for ``side`` = −1. The faces of the box from ``low`` to ``high``
     are walls, too, where they are finite: the caps of a tube. φ counts in the box from ``known_low`` to ``known_high``
-    only. The kernel adds −∇W to ``force`` and stores the energy ∫ W ds of each rod.
+    only. The kernel adds −∇W to ``force``, k ∇d∇d to ``stiffness``, and stores the energy ∫ W ds of each rod.
     """
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -76,6 +86,7 @@ def walls_of(field: wp.Function):
         strength: real,
         wall_range: real,
         force: Vectors2D,
+        stiffness: Matrices2D,
         energy: Scalars1D,
     ):
         rod = wp.tid()
@@ -89,10 +100,12 @@ def walls_of(field: wp.Function):
             known = wp.min(x - known_low) >= real(0.0) and wp.min(known_high - x) >= real(0.0)
             if known and depth > real(0.0):
                 force[rod, i] -= (strength * depth) * gradient
+                stiffness[rod, i] += strength * wp.outer(gradient, gradient)
                 total += trapezoid_weight(i, nodes, spacing[rod]) * depth * depth
             depths = cap_depths(x, low, high, wall_range)
             if wp.length(depths) > real(0.0):
                 force[rod, i] -= strength * depths
+                stiffness[rod, i] += strength * wp.diag(touched(depths))
                 total += trapezoid_weight(i, nodes, spacing[rod]) * wp.dot(depths, depths)
         energy[rod] = real(0.5) * strength * total
 

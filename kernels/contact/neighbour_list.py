@@ -13,7 +13,7 @@ from warp_rods.kernels.stencils import trapezoid_weight
 wp.set_module_options({"enable_backward": False})
 
 IN_A_STEP = wp.constant(0)
-"""Index in ``largest_moves``: the square of the largest displacement of a node in one step."""
+"""Index in ``largest_moves``: the square of the largest displacement of a node since the last step."""
 SINCE_LISTED = wp.constant(1)
 """Index in ``largest_moves``: the square of the largest displacement since the lists were built."""
 
@@ -23,12 +23,12 @@ class Points:
     """All nodes of all ensembles in one list [point]."""
 
     position: Vectors1D
+    last_position: Vectors1D  # position in the last step
     listed_position: Vectors1D  # position when the lists were built
     cell: Vectors1D  # listed position in units of the cells of the grid
     weight: Scalars1D  # weight in the trapezoid rule
     arc_length: Scalars1D  # from the start of the rod
     excluded: Scalars1D  # pairs of one rod that are closer than this along it do not interact
-    drag: Scalars1D  # ζ⊥ of the rod
     rod: Integers1D  # number of the rod, counted over all ensembles
     largest_moves: Scalars1D
     period: wp.vec3d
@@ -51,7 +51,7 @@ def collect_points(position: Vectors2D, spacing: Scalars1D, first: int, core: re
     h = spacing[rod]
     k = first + rod * nodes + i
     x = position[rod, i]
-    record_move(points.largest_moves, IN_A_STEP, x - points.position[k])
+    record_move(points.largest_moves, IN_A_STEP, x - points.last_position[k])
     record_move(points.largest_moves, SINCE_LISTED, x - points.listed_position[k])
     points.position[k] = x
     points.weight[k] = trapezoid_weight(i, nodes, h)

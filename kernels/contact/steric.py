@@ -16,7 +16,7 @@ import warp as wp
 from warp_rods.kernels.contact.box import nearest_image
 from warp_rods.kernels.contact.cutoff import CUTOFF as CUTOFF
 from warp_rods.kernels.contact.neighbour_list import Lists, Points
-from warp_rods.kernels.layout import Scalars1D, Vectors1D, Vectors2D, real
+from warp_rods.kernels.layout import Matrices1D, Matrices2D, Scalars1D, Vectors1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
@@ -27,6 +27,7 @@ class PairSums:
 
     force: Vectors1D  # force per length
     energy: Scalars1D  # energy per length; half of the energy of each pair
+    stiffness: Matrices1D  # K, of the push on the point against its own motion
 
 
 @wp.struct
@@ -53,23 +54,23 @@ def pair_potential(square: real, y: Yukawa):
 
 
 @wp.func
-def pair_stiffness(square: real, y: Yukawa) -> real:
-    """Largest |eigenvalue| of ∂f/∂d for f = P(ρ) d: P across d, and P − (G'' + P) r²/ρ² along d."""
+def stiffness_along(square: real, P: real, y: Yukawa) -> real:
+    """−∂f/∂d along d for f = P(ρ) d, (G'' + P) r²/ρ² − P, where it is positive: the push stiffens as nodes approach."""
     rho_square = square + y.core_square
     rho = wp.sqrt(rho_square)
-    _, P = pair_potential(square, y)
     G = y.strength * wp.exp(-rho * y.inverse_range) / rho
     second_derivative = (y.inverse_range * y.inverse_range + real(2.0) * (y.inverse_range + real(1.0) / rho) / rho) * G
-    return wp.max(P, wp.abs(P - (second_derivative + P) * square / rho_square))
+    return wp.max((second_derivative + P) * square / rho_square - P, real(0.0))
 
 
 @wp.kernel
 def sum_pairs(points: Points, lists: Lists, yukawa: Yukawa, first: int, sums: PairSums):
-    """Force and energy per length at every point from ``first`` on."""
+    """Force, energy and stiffness per length at every point from ``first`` on."""
     i = first + wp.tid()
     x = points.position[i]
     force = wp.vec3d()
     energy = real(0.0)
+    stiffness = wp.mat33d()
     for n in range(lists.count[i]):
         j = lists.neighbour[i, n]
         d = nearest_image(x - points.position[j], points.period)
@@ -79,29 +80,20 @@ def sum_pairs(points: Points, lists: Lists, yukawa: Yukawa, first: int, sums: Pa
             w = points.weight[j]
             force += d * (w * P)
             energy += w * G
+            if square > real(0.0):
+                stiffness += (w * stiffness_along(square, P, yukawa) / square) * wp.outer(d, d)
     sums.force[i] = force
     sums.energy[i] = real(0.5) * energy
+    sums.stiffness[i] = stiffness
 
 
 @wp.kernel
-def find_contact_rates(points: Points, lists: Lists, yukawa: Yukawa, rate: Scalars1D):
-    """κ_i = Σ_j w_j |∂f/∂d|/ζ⊥ of every point, an estimate of the rate of contact (docs/model.md §6.4); 1/time."""
-    i = wp.tid()
-    total = real(0.0)
-    for n in range(lists.count[i]):
-        j = lists.neighbour[i, n]
-        d = nearest_image(points.position[i] - points.position[j], points.period)
-        square = wp.dot(d, d)
-        if square < yukawa.cutoff_square:
-            total += points.weight[j] * pair_stiffness(square, yukawa)
-    rate[i] = total / points.drag[i]
-
-
-@wp.kernel
-def distribute_forces(sums: PairSums, first: int, force: Vectors2D):
-    """Copy the forces of the points from ``first`` on to the nodes of one ensemble."""
+def distribute(sums: PairSums, first: int, force: Vectors2D, stiffness: Matrices2D):
+    """Copy force and stiffness of the points from ``first`` on to the nodes of one ensemble."""
     rod, i = wp.tid()
-    force[rod, i] = sums.force[first + rod * force.shape[1] + i]
+    k = first + rod * force.shape[1] + i
+    force[rod, i] = sums.force[k]
+    stiffness[rod, i] = sums.stiffness[k]
 
 
 @wp.kernel

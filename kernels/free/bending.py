@@ -1,16 +1,16 @@
 """The bending of active rods at the end of a step (docs/model.md §2.4).
 
     (a − J) δk = ∂k/∂t(x*) − Σ d_j k_j                δk = δk' = 0 at the ends
-    J z = [i (shear' − i λ* z)/η]'' + (u0* z)' − i ω0* z,    shear = i b z' + c τ* z, odd beyond the ends
+    J z = [i (shear' − i λ* z)/ζ⊥]'' + (u0* z)' − i ω0* z,    shear = i b z' + c τ* z, odd beyond the ends
 
-J is the derivative of ∂k/∂t at constant tension, tangential velocity, twist and roll. It is complex where the rod is
-twisted, and couples both bending components. Otherwise it is real, and the same for both.
+J is the derivative of ∂k/∂t at constant tension, tangential velocity, twist and roll. It couples both bending
+components where the rod is twisted or contact adds a drag to η. Otherwise it is the same for both.
 """
 
 import warp as wp
 
 from warp_rods.kernels.banded import solve_pentadiagonal_rod
-from warp_rods.kernels.complex_banded import solve_complex_pentadiagonal_rod
+from warp_rods.kernels.block_banded import solve_block_pentadiagonal_rod
 from warp_rods.kernels.free.rod import bending_rate, set_zero_end_rows
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.layout import real
@@ -21,20 +21,26 @@ wp.set_module_options({"enable_backward": False})
 @wp.func
 def step_bending(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
     """From k* to kⁿ⁺¹."""
-    set_bending_rows(rod, rods, star, slope, a, balance)
-    if is_planar(rod, rods, star):
+    last = star.twist.shape[1] - 1
+    balance.rhs_pairs[rod, 0] = wp.vec2d()
+    balance.rhs_pairs[rod, last] = wp.vec2d()
+    for node in range(1, last):
+        rate = bending_rate(rod, node, rods, star.bending[rod, node], balance)
+        balance.rhs_pairs[rod, node] = rate - slope.bending[rod, node]
+    if is_planar(rod, rods, star) and not feels_contact(rod, rods, balance):
+        set_rows(rod, rods, a, balance)
         solve_bending(rod, balance)
     else:
-        set_complex_rows(rod, rods, star, balance)
-        solve_complex_bending(rod, balance)
-    for node in range(1, star.twist.shape[1] - 1):
+        set_block_rows(rod, rods, star, a, balance)
+        solve_block_bending(rod, balance)
+    for node in range(1, last):
         star.bending[rod, node] += balance.rhs_pairs[rod, node]
 
 
 @wp.func
-def set_bending_rows(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
-    """The real part of a − J, ``a + (b/η)∂⁴ − (1/η)∂²(λ* ·) − ∂(u0* ·)``, and the right-hand side."""
-    last = star.twist.shape[1] - 1
+def set_rows(rod: int, rods: Swimmers, a: real, balance: Balance):
+    """Rows of a − J of a rod in a plane, ``a + (b/η)∂⁴ − (1/η)∂²(λ* ·) − ∂(u0* ·)``, the same for both components."""
+    last = balance.tension.shape[1] - 1
     per_length = real(1.0) / rods.spacing
     mobility = per_length * per_length / rods.drag_ratio[rod]
     stiffness = rods.bending_stiffness[rod] * mobility * per_length * per_length
@@ -49,8 +55,6 @@ def set_bending_rows(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: rea
         balance.diagonal[rod, node] = centre + half * (u0 - u0_next)
         balance.upper[rod, node] = off_diagonal - mobility * balance.tension[rod, node + 1] - half * u0_next
         balance.upper2[rod, node] = stiffness
-        rate = bending_rate(rod, node, rods, star.bending[rod, node], balance)
-        balance.rhs_pairs[rod, node] = rate - slope.bending[rod, node]
         u0 = u0_next
     set_free_end_rows(rod, last, stiffness, balance)
 
@@ -66,34 +70,77 @@ def half_twist(rod: int, half: int, last: int, shape: Shape):
 
 
 @wp.func
-def set_complex_rows(rod: int, rods: Swimmers, star: Shape, balance: Balance):
-    """Rows of a − J: the real part, and the imaginary part ``−(c/η)(τ* ·)''' + ω0*`` in the stencil of the forces.
+def turned(M: wp.mat22d):
+    """i M as a matrix."""
+    return wp.mat22d(-M[1, 0], -M[1, 1], M[0, 0], M[0, 1])
 
-    With S = τ(z_i + z_(i+1))/2 at half nodes, (τz)''' at node i is (S_(i+3/2) − 3 S_(i+1/2) + 3 S_(i−1/2) −
-    S_(i−3/2))/Δs³. Beyond an end S is minus its mirror image, whose z are those of the first inner node and the end.
+
+@wp.func
+def turned_twice(M: wp.mat22d):
+    """−i M i as a matrix, which is M where drag across is isotropic."""
+    return wp.mat22d(M[1, 1], -M[1, 0], -M[0, 1], M[0, 0])
+
+
+@wp.func
+def identity(a: real):
+    """a times the identity."""
+    return wp.mat22d(a, real(0.0), real(0.0), a)
+
+
+@wp.func
+def set_block_rows(rod: int, rods: Swimmers, star: Shape, a: real, balance: Balance):
+    """Rows of a − J, which couples both bending components, in the stencil of the forces.
+
+    With S = τ(z_i + z_(i+1))/2 at half nodes and m = 1/ζ⊥, ∂²(i m(τz)') at node i is i (m_(i+1) S_(i+3/2) −
+    (m_(i+1) + 2m_i) S_(i+1/2) + (2m_i + m_(i−1)) S_(i−1/2) − m_(i−1) S_(i−3/2))/Δs³. Beyond an end S is minus its
+    mirror image, whose z are those of the first inner node and the end.
     """
     last = star.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    scale = real(-0.5) * rods.twist_stiffness[rod] / rods.drag_ratio[rod] * per_length * per_length * per_length
-    three = real(3.0)
-    for node in range(last + 1):
-        after2 = scale * half_twist(rod, node + 1, last, star)
-        after = scale * half_twist(rod, node, last, star)
-        before = scale * half_twist(rod, node - 1, last, star)
-        before2 = scale * half_twist(rod, node - 2, last, star)
-        centre = three * (before - after) + balance.bishop_roll_rate[rod, node]
-        inner = real(1.0)
-        if node == 0 or node == last:
-            inner = real(0.0)
+    square = per_length * per_length
+    b = rods.bending_stiffness[rod] * square * square
+    c = real(-0.5) * rods.twist_stiffness[rod] * square * per_length
+    half = real(0.5) * per_length
+    two, four = real(2.0), real(4.0)
+    set_identity_rows(rod, last, balance)
+    for node in range(1, last):
+        m_before = balance.transverse_mobility[rod, node - 1]
+        m = balance.transverse_mobility[rod, node]
+        m_after = balance.transverse_mobility[rod, node + 1]
+        n_before, n, n_after = turned_twice(m_before), turned_twice(m), turned_twice(m_after)
+        p_before, p, p_after = c * turned(m_before), c * turned(m), c * turned(m_after)
+        after2 = half_twist(rod, node + 1, last, star) * p_after
+        after = half_twist(rod, node, last, star) * (p_after + two * p)
+        before = half_twist(rod, node - 1, last, star) * (two * p + p_before)
+        before2 = half_twist(rod, node - 2, last, star) * p_before
+        u0 = half * balance.axial_velocity[rod, node - 1]
+        u0_next = half * balance.axial_velocity[rod, node]
+        pull_before = (square * balance.tension[rod, node - 1]) * n_before
+        pull = (two * square * balance.tension[rod, node]) * n
+        pull_after = (square * balance.tension[rod, node + 1]) * n_after
+        turn = turned(identity(balance.bishop_roll_rate[rod, node]))
+        centre = b * (four * n + (n_before + n_after)) + pull + identity(a + u0 - u0_next) + before - after + turn
+        balance.block_lower2[rod, node] = b * n_before - before2
+        balance.block_lower[rod, node] = (-two * b) * (n_before + n) - pull_before + identity(u0) + before - before2
+        balance.block_upper[rod, node] = (-two * b) * (n + n_after) - pull_after - identity(u0_next) + after2 - after
+        balance.block_upper2[rod, node] = b * n_after + after2
         if node == 1:  # the mirror image of z_(-1) is z_1
-            centre -= before2
+            centre += balance.block_lower2[rod, node]
         if node == last - 1:
-            centre += after2
-        balance.complex_lower2[rod, node] = wp.vec2d(balance.lower2[rod, node], -inner * before2)
-        balance.complex_lower[rod, node] = wp.vec2d(balance.lower[rod, node], inner * (three * before - before2))
-        balance.complex_diagonal[rod, node] = wp.vec2d(balance.diagonal[rod, node], inner * centre)
-        balance.complex_upper[rod, node] = wp.vec2d(balance.upper[rod, node], inner * (after2 - three * after))
-        balance.complex_upper2[rod, node] = wp.vec2d(balance.upper2[rod, node], inner * after2)
+            centre += balance.block_upper2[rod, node]
+        balance.block_diagonal[rod, node] = centre
+
+
+@wp.func
+def set_identity_rows(rod: int, last: int, balance: Balance):
+    """Rows of both ends, where z is zero."""
+    for end in range(2):
+        node = end * last
+        balance.block_lower2[rod, node] = wp.mat22d()
+        balance.block_lower[rod, node] = wp.mat22d()
+        balance.block_diagonal[rod, node] = identity(real(1.0))
+        balance.block_upper[rod, node] = wp.mat22d()
+        balance.block_upper2[rod, node] = wp.mat22d()
 
 
 @wp.func
@@ -108,14 +155,23 @@ def is_planar(rod: int, rods: Swimmers, shape: Shape):
 
 
 @wp.func
+def feels_contact(rod: int, rods: Swimmers, balance: Balance):
+    """Whether contact adds drag across the rod, which then is another in each direction."""
+    most = real(0.0)
+    if rods.forced == 1:
+        for node in range(balance.tension.shape[1]):
+            D = balance.load.transverse_drag[rod, node]
+            most = wp.max(most, D[0, 0] + D[1, 1])
+    return most > real(0.0)
+
+
+@wp.func
 def set_free_end_rows(rod: int, last: int, stiffness: real, balance: Balance):
-    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends."""
+    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends; beyond them k is its mirror image."""
     zero = real(0.0)
     set_zero_end_rows(rod, last, balance)
     balance.upper2[rod, 0] = zero
     balance.lower2[rod, last] = zero
-    balance.rhs_pairs[rod, 0] = wp.vec2d()
-    balance.rhs_pairs[rod, last] = wp.vec2d()
     balance.diagonal[rod, 1] += stiffness
     balance.diagonal[rod, last - 1] += stiffness
 
@@ -137,16 +193,17 @@ def solve_bending(rod: int, balance: Balance):
 
 
 @wp.func
-def solve_complex_bending(rod: int, balance: Balance):
-    """δk of a twisted rod, stored in place of the right-hand side."""
-    solve_complex_pentadiagonal_rod(
+def solve_block_bending(rod: int, balance: Balance):
+    """δk of a rod in space, stored in place of the right-hand side."""
+    solve_block_pentadiagonal_rod(
         rod,
-        balance.complex_lower2,
-        balance.complex_lower,
-        balance.complex_diagonal,
-        balance.complex_upper,
-        balance.complex_upper2,
+        balance.block_lower2,
+        balance.block_lower,
+        balance.block_diagonal,
+        balance.block_upper,
+        balance.block_upper2,
         balance.rhs_pairs,
-        balance.work_quadruples,
+        balance.work_block,
+        balance.work_block2,
         balance.rhs_pairs,
     )

@@ -5,9 +5,8 @@ A step without external forces needs none of it, so it is computed when it is re
 
 import warp as wp
 
-from warp_rods.kernels.clock import TIME
 from warp_rods.kernels.free.rod import activity_terms, bending_rate, roll_rate_after, solve_balance
-from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Shape, Swimmers
+from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers
 from warp_rods.kernels.layout import Matrices2D, Pairs2D, Quaternions2D, Scalars1D, Scalars2D, Vectors2D, real
 from warp_rods.kernels.lie import quaternion
 
@@ -51,7 +50,6 @@ def find_energies(rod: int, rods: Swimmers, shape: Shape, balance: Balance, outp
         k = shape.bending[rod, node]
         tau = shape.twist[rod, node]
         u = balance.transverse_velocity[rod, node]
-        force = balance.force[rod, node]
         weight = real(1.0)
         if node == 0 or node == last:
             weight = half
@@ -59,14 +57,13 @@ def find_energies(rod: int, rods: Swimmers, shape: Shape, balance: Balance, outp
         output.energy_density[rod, node] = density
         energy += density
         dissipation += weight * rods.drag_ratio[rod] * wp.dot(u, u)
-        power += weight * (force[1] * u[0] + force[2] * u[1])
+        power += weight * wp.dot(balance.load.transverse_force[rod, node], u)
     for node in range(last):
         u0 = balance.axial_velocity[rod, node]
         roll_rate = roll_rate_after(rod, node, rods, shape)
         f = half * (shape.activity[rod, node] + shape.activity[rod, node + 1])
-        external = half * (balance.force[rod, node][0] + balance.force[rod, node + 1][0])
         dissipation += u0 * u0 + rods.rotational_drag[rod] * roll_rate * roll_rate
-        power += (f + external) * u0 + rods.moment[rod] * f * roll_rate
+        power += (f + balance.load.axial_force[rod, node]) * u0 + rods.moment[rod] * f * roll_rate
     output.energy[rod] = rods.spacing * energy
     output.dissipation[rod] = rods.spacing * dissipation
     output.power[rod] = rods.spacing * power
@@ -74,7 +71,7 @@ def find_energies(rod: int, rods: Swimmers, shape: Shape, balance: Balance, outp
 
 @wp.kernel
 def find_output(rods: Swimmers, shape: Shape, balance: Balance, output: Output):
-    """Solve the balance of the present shape under ``balance.force``, then find ``output``; ``dim = rods``."""
+    """Solve the balance of the present shape under ``balance.load``, then find ``output``; ``dim = rods``."""
     rod = wp.tid()
     solve_balance(rod, rods, shape, balance)
     find_rates(rod, rods, shape, balance, output)
@@ -123,23 +120,3 @@ def find_material_frame(
     zero, one = real(0.0), real(1.0)
     R = rotation[rod, node] * wp.mat33d(one, zero, zero, zero, c, -s, zero, s, c)
     orientation[rod, node] = quaternion(R)
-
-
-@wp.kernel
-def rotate_force_to_bishop(rotation: Matrices2D, force: Vectors2D, external: ExternalForce):
-    """Components in the Bishop frame of an external force in space; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    external.now[rod, node] = wp.transpose(rotation[rod, node]) * force[rod, node]
-
-
-def force_field(function):
-    """A kernel that evaluates ``function(x, tangent, t)``, a ``wp.func``, at every node; ``dim = (rods, nodes)``."""
-
-    @wp.kernel(module="unique")
-    def evaluate(position: Vectors2D, rotation: Matrices2D, clock: Scalars1D, force: Vectors2D):
-        rod, node = wp.tid()
-        R = rotation[rod, node]
-        tangent = wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
-        force[rod, node] = function(position[rod, node], tangent, clock[TIME])
-
-    return evaluate

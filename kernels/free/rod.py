@@ -11,6 +11,7 @@ row that all rods share, so one thread must complete the whole step of a rod.
 import warp as wp
 
 from warp_rods.kernels.banded import solve_tridiagonal_rod
+from warp_rods.kernels.block_banded import inverse
 from warp_rods.kernels.free.flagella import reaction
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.layout import Pairs2D, Scalars2D, real
@@ -31,17 +32,21 @@ def wedge(a: wp.vec2d, b: wp.vec2d):
 
 
 @wp.func
-def transverse_part(force: wp.vec3d):
-    """The components normal to the rod of a vector in the Bishop frame."""
-    return wp.vec2d(force[1], force[2])
+def find_mobilities(rod: int, rods: Swimmers, balance: Balance):
+    """The inverse of the drag along at half nodes and across at nodes, that of contact included."""
+    one, zero = real(1.0), real(0.0)
+    eta = rods.drag_ratio[rod]
+    for node in range(balance.tension.shape[1]):
+        balance.axial_mobility[rod, node] = one / (one + balance.load.axial_drag[rod, node])
+        D = balance.load.transverse_drag[rod, node]
+        balance.transverse_mobility[rod, node] = inverse(D + wp.mat22d(eta, zero, zero, eta))
 
 
 @wp.func
 def find_transverse_source(rod: int, rods: Swimmers, bending: Pairs2D, twist: Scalars2D, balance: Balance):
-    """``source⊥ = (Λ⊥' + f_ext⊥)/η`` at nodes, with ``Λ⊥ = i b k' + c τ k`` at half nodes, odd beyond the ends."""
+    """``source⊥ = (Λ⊥' + f_ext⊥)/ζ⊥`` at nodes, with ``Λ⊥ = i b k' + c τ k`` at half nodes, odd beyond the ends."""
     last = twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    mobility = real(1.0) / rods.drag_ratio[rod]
     b = rods.bending_stiffness[rod] * per_length
     c = rods.twist_stiffness[rod] * real(0.25)
     shear_before = wp.vec2d()
@@ -53,49 +58,52 @@ def find_transverse_source(rod: int, rods: Swimmers, bending: Pairs2D, twist: Sc
         shear = b * times_i(k_next - k) + (c * (tau + tau_next)) * (k + k_next)
         if node == 0:
             shear_before = -shear
-        external = transverse_part(balance.force[rod, node])
-        balance.transverse_source[rod, node] = mobility * (per_length * (shear - shear_before) + external)
+        force = per_length * (shear - shear_before) + balance.load.transverse_force[rod, node]
+        balance.transverse_source[rod, node] = balance.transverse_mobility[rod, node] * force
         shear_before = shear
         k = k_next
         tau = tau_next
-    external = transverse_part(balance.force[rod, last])
-    balance.transverse_source[rod, last] = mobility * (real(-2.0) * per_length * shear_before + external)
+    force = real(-2.0) * per_length * shear_before + balance.load.transverse_force[rod, last]
+    balance.transverse_source[rod, last] = balance.transverse_mobility[rod, last] * force
 
 
 @wp.func
 def find_axial_source(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
-    """``source0 = (b/2)(|k|²)' + f + f_ext0`` at half nodes."""
+    """``source0 = ((b/2)(|k|²)' + f + f_ext0)/ζ∥`` at half nodes."""
     half = real(0.5)
     b = half * rods.bending_stiffness[rod] / rods.spacing
     k = shape.bending[rod, 0]
     square = wp.dot(k, k)
-    force = shape.activity[rod, 0] + balance.force[rod, 0][0]
+    f = shape.activity[rod, 0]
     for node in range(shape.twist.shape[1] - 1):
         k = shape.bending[rod, node + 1]
         square_next = wp.dot(k, k)
-        force_next = shape.activity[rod, node + 1] + balance.force[rod, node + 1][0]
-        balance.axial_source[rod, node] = b * (square_next - square) + half * (force + force_next)
+        f_next = shape.activity[rod, node + 1]
+        force = b * (square_next - square) + half * (f + f_next) + balance.load.axial_force[rod, node]
+        balance.axial_source[rod, node] = balance.axial_mobility[rod, node] * force
         square = square_next
-        force = force_next
+        f = f_next
 
 
 @wp.func
 def solve_tension(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
-    """λ from inextensibility: ``−λ'' + |k|² λ/η = source0' + Im(k̄ source⊥)``, ``λ = 0`` at the ends (4.24)."""
+    """λ from inextensibility: ``−(λ'/ζ∥)' + |k|² λ/ζ⊥ = source0' + Im(k̄ source⊥)``, ``λ = 0`` at the ends (4.24)."""
     last = shape.twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
-    mobility = real(1.0) / rods.drag_ratio[rod]
-    off_diagonal = -per_length * per_length
     source = balance.axial_source[rod, 0]
+    before = -per_length * per_length * balance.axial_mobility[rod, 0]
     for node in range(1, last):
         k = shape.bending[rod, node]
         source_next = balance.axial_source[rod, node]
-        transverse = wedge(k, balance.transverse_source[rod, node])
-        balance.lower[rod, node] = off_diagonal
-        balance.upper[rod, node] = off_diagonal
-        balance.diagonal[rod, node] = real(-2.0) * off_diagonal + mobility * wp.dot(k, k)
+        across = times_i(k)
+        transverse = wp.dot(across, balance.transverse_source[rod, node])
+        after = -per_length * per_length * balance.axial_mobility[rod, node]
+        balance.lower[rod, node] = before
+        balance.upper[rod, node] = after
+        balance.diagonal[rod, node] = wp.dot(across, balance.transverse_mobility[rod, node] * across) - (before + after)
         balance.rhs[rod, node] = per_length * (source_next - source) + transverse
         source = source_next
+        before = after
     set_zero_end_rows(rod, last, balance)
     solve_tridiagonal_rod(
         rod, balance.lower, balance.diagonal, balance.upper, balance.rhs, balance.work, balance.tension
@@ -116,25 +124,25 @@ def set_zero_end_rows(rod: int, last: int, balance: Balance):
 
 @wp.func
 def find_axial_velocity(rod: int, rods: Swimmers, balance: Balance):
-    """``u0 = λ' + source0`` at half nodes."""
+    """``u0 = λ'/ζ∥ + source0`` at half nodes."""
     per_length = real(1.0) / rods.spacing
     for node in range(balance.tension.shape[1] - 1):
         slope = per_length * (balance.tension[rod, node + 1] - balance.tension[rod, node])
-        balance.axial_velocity[rod, node] = slope + balance.axial_source[rod, node]
+        mobility = balance.axial_mobility[rod, node]
+        balance.axial_velocity[rod, node] = mobility * slope + balance.axial_source[rod, node]
 
 
 @wp.func
 def find_transverse_velocity(rod: int, rods: Swimmers, bending: Pairs2D, balance: Balance):
-    """``u⊥ = source⊥ − i λ k/η`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
+    """``u⊥ = source⊥ − i λ k/ζ⊥`` at nodes, then ``ω⊥ = i u⊥' + u0 k`` and ``Im(k̄ ω⊥)`` at half nodes."""
     per_length = real(1.0) / rods.spacing
-    mobility = real(1.0) / rods.drag_ratio[rod]
     k = bending[rod, 0]
-    u = balance.transverse_source[rod, 0] - (mobility * balance.tension[rod, 0]) * times_i(k)
+    u = balance.transverse_source[rod, 0] - balance.transverse_mobility[rod, 0] * (balance.tension[rod, 0] * times_i(k))
     balance.transverse_velocity[rod, 0] = u
     for node in range(balance.tension.shape[1] - 1):
         k_next = bending[rod, node + 1]
-        tension = mobility * balance.tension[rod, node + 1]
-        u_next = balance.transverse_source[rod, node + 1] - tension * times_i(k_next)
+        pull = balance.transverse_mobility[rod, node + 1] * (balance.tension[rod, node + 1] * times_i(k_next))
+        u_next = balance.transverse_source[rod, node + 1] - pull
         k_half = real(0.5) * (k + k_next)
         omega = per_length * times_i(u_next - u) + balance.axial_velocity[rod, node] * k_half
         balance.transverse_velocity[rod, node + 1] = u_next
@@ -164,6 +172,7 @@ def integrate_bishop_roll(rod: int, rods: Swimmers, balance: Balance):
 @wp.func
 def solve_balance(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
     """Tension and velocities of one rod from the balances of forces and moments (4.16), (4.17), at constant length."""
+    find_mobilities(rod, rods, balance)
     find_transverse_source(rod, rods, shape.bending, shape.twist, balance)
     find_axial_source(rod, rods, shape, balance)
     solve_tension(rod, rods, shape, balance)

@@ -3,10 +3,11 @@
 import warp as wp
 
 from warp_rods.kernels.layout import (
+    Blocks2D,
     Integers1D,
     Matrices1D,
+    Matrices2D,
     Pairs2D,
-    Quadruples2D,
     Scalars1D,
     Scalars2D,
     Vectors1D,
@@ -31,6 +32,7 @@ class Swimmers:
     status: Integers1D  # OK, or why the rod was frozen
     spacing: real  # Δs
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
+    forced: int  # 1: external forces or contact act on the rods
 
 
 @wp.struct
@@ -53,10 +55,22 @@ class Past:
 
 
 @wp.struct
+class Load:
+    """What acts on a rod from outside [rod, node], in its Bishop frame; drag is what contact adds to its own."""
+
+    axial_force: Scalars2D  # half nodes
+    transverse_force: Pairs2D
+    axial_drag: Scalars2D  # half nodes
+    transverse_drag: Blocks2D  # symmetric
+
+
+@wp.struct
 class Balance:
     """Tension and velocities that balance forces and moments [rod, node], and workspace of the linear systems."""
 
-    force: Vectors2D  # f_ext in the Bishop frame; given
+    load: Load  # given
+    axial_mobility: Scalars2D  # 1 over the drag along, half nodes
+    transverse_mobility: Blocks2D  # inverse of the drag across
     axial_source: Scalars2D  # u0 without the tension, half nodes
     transverse_source: Pairs2D  # u⊥ without the tension
     tension: Scalars2D  # λ
@@ -74,12 +88,13 @@ class Balance:
     rhs_pairs: Pairs2D
     work: Scalars2D
     work_pairs: Pairs2D
-    complex_lower2: Pairs2D
-    complex_lower: Pairs2D
-    complex_diagonal: Pairs2D
-    complex_upper: Pairs2D
-    complex_upper2: Pairs2D
-    work_quadruples: Quadruples2D
+    block_lower2: Blocks2D
+    block_lower: Blocks2D
+    block_diagonal: Blocks2D
+    block_upper: Blocks2D
+    block_upper2: Blocks2D
+    work_block: Blocks2D
+    work_block2: Blocks2D
 
 
 @wp.struct
@@ -98,8 +113,24 @@ class Midpoint:
 
 
 @wp.struct
-class ExternalForce:
-    """External force per length in the Bishop frame [rod, node]."""
+class Contact:
+    """Stiffness of contact at the extrapolated state [rod, node], and the velocity that goes with that state."""
 
-    now: Vectors2D
-    previous: Vectors2D  # one step ago
+    present: int  # 1: something writes the stiffness
+    stiffness: Matrices2D  # K, in space
+    velocity: Vectors2D  # v of the last step: v0 at the half node, v⊥ at the node
+    velocity_tried: Vectors2D  # that of the step that is tried
+
+
+@wp.struct
+class Trial:
+    """A step that is tried [rod]: its formula, its result, and the rates of the middle node at its end."""
+
+    end: Scalars1D
+    order: Integers1D
+    rate: Scalars1D  # a
+    status: Integers1D
+    error: Scalars1D
+    angular_velocity: Vectors1D
+    velocity: Vectors1D
+    roll_rate: Scalars1D

@@ -6,69 +6,71 @@ One thread does the whole step of a rod. In the functions ``star`` is first x* a
 ``slope`` is Σ d_j x_j.
 """
 
+from typing import Any
+
 import warp as wp
 
 from warp_rods.kernels.banded import solve_tridiagonal_rod
 from warp_rods.kernels.free.bending import step_bending
-from warp_rods.kernels.free.rod import (
-    activity_terms,
-    find_transverse_source,
-    find_transverse_velocity,
-    roll_rate_after,
-    set_zero_end_rows,
-    solve_balance,
-)
-from warp_rods.kernels.free.state import Balance, ExternalForce, Past, Shape, Swimmers
+from warp_rods.kernels.free.rod import activity_terms, solve_balance
+from warp_rods.kernels.free.state import Balance, Past, Shape, Swimmers
+from warp_rods.kernels.free.twist import step_twist
 from warp_rods.kernels.layout import real
-from warp_rods.kernels.multistep import Formula, Levels, combine
+from warp_rods.kernels.multistep import Levels
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def combine_shapes(rod: int, node: int, w: Levels, now: Shape, past: Past, result: Shape):
-    """Σ w_j x_j of the levels at a node."""
-    result.bending[rod, node] = combine(
-        w,
-        now.bending[rod, node],
-        past.first.bending[rod, node],
-        past.second.bending[rod, node],
-        past.third.bending[rod, node],
-        past.fourth.bending[rod, node],
-    )
-    result.twist[rod, node] = combine(
-        w,
-        now.twist[rod, node],
-        past.first.twist[rod, node],
-        past.second.twist[rod, node],
-        past.third.twist[rod, node],
-        past.fourth.twist[rod, node],
-    )
-    result.activity[rod, node] = combine(
-        w,
-        now.activity[rod, node],
-        past.first.activity[rod, node],
-        past.second.activity[rod, node],
-        past.third.activity[rod, node],
-        past.fourth.activity[rod, node],
-    )
+def combine_differences(w: Levels, x0: Any, x1: Any, x2: Any, x3: Any, x4: Any):
+    """Σ w_j (x_j − x_0), which is exactly zero for a field that does not change."""
+    return w[1] * (x1 - x0) + w[2] * (x2 - x0) + w[3] * (x3 - x0) + w[4] * (x4 - x0)
 
 
 @wp.func
-def extrapolate(rod: int, now: Shape, past: Past, formula: Formula, star: Shape, slope: Shape):
-    """x* and Σ d_j x_j."""
+def combine_shapes(rod: int, w: Levels, now: Shape, past: Past, result: Shape):
+    """Σ w_j (x_j − x_0) of the levels of a rod, newest first."""
     for node in range(now.twist.shape[1]):
-        combine_shapes(rod, node, formula.value, now, past, star)
-        combine_shapes(rod, node, formula.slope, now, past, slope)
+        result.bending[rod, node] = combine_differences(
+            w,
+            now.bending[rod, node],
+            past.first.bending[rod, node],
+            past.second.bending[rod, node],
+            past.third.bending[rod, node],
+            past.fourth.bending[rod, node],
+        )
+        result.twist[rod, node] = combine_differences(
+            w,
+            now.twist[rod, node],
+            past.first.twist[rod, node],
+            past.second.twist[rod, node],
+            past.third.twist[rod, node],
+            past.fourth.twist[rod, node],
+        )
+        result.activity[rod, node] = combine_differences(
+            w,
+            now.activity[rod, node],
+            past.first.activity[rod, node],
+            past.second.activity[rod, node],
+            past.third.activity[rod, node],
+            past.fourth.activity[rod, node],
+        )
 
 
 @wp.func
-def extrapolate_force(rod: int, external: ExternalForce, ratio: real, balance: Balance):
-    """The external force at the end of the step; ratio: this step over the one before, 0 in the first."""
-    for node in range(external.now.shape[1]):
-        force = external.now[rod, node]
-        balance.force[rod, node] = force + ratio * (force - external.previous[rod, node])
-        external.previous[rod, node] = force
+def find_slope(rod: int, d: Levels, now: Shape, past: Past, slope: Shape):
+    """Σ d_j x_j; the sum of the d_j is zero."""
+    combine_shapes(rod, d, now, past, slope)
+
+
+@wp.func
+def find_value(rod: int, e: Levels, now: Shape, past: Past, value: Shape):
+    """Σ e_j x_j; the sum of the e_j is one."""
+    combine_shapes(rod, e, now, past, value)
+    for node in range(now.twist.shape[1]):
+        value.bending[rod, node] += now.bending[rod, node]
+        value.twist[rod, node] += now.twist[rod, node]
+        value.activity[rod, node] += now.activity[rod, node]
 
 
 @wp.func
@@ -94,31 +96,6 @@ def step_activity(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, 
     solve_scalar(rod, balance)
     for node in range(last + 1):
         star.activity[rod, node] += balance.rhs[rod, node]
-
-
-@wp.func
-def step_twist(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
-    """From τ* to τⁿ⁺¹, with ``(c/ηr)∂²`` implicit.
-
-    ``Im(k̄ ω⊥)`` must be that of the new bending; its extrapolation is unstable.
-    """
-    last = star.twist.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    diffusion = rods.twist_stiffness[rod] / rods.rotational_drag[rod] * per_length * per_length
-    roll_rate = roll_rate_after(rod, 0, rods, star)
-    for node in range(1, last):
-        roll_rate_next = roll_rate_after(rod, node, rods, star)
-        source = real(0.5) * (balance.twist_source[rod, node - 1] + balance.twist_source[rod, node])
-        balance.lower[rod, node] = -diffusion
-        balance.upper[rod, node] = -diffusion
-        balance.diagonal[rod, node] = a + real(2.0) * diffusion
-        rate = per_length * (roll_rate_next - roll_rate) + source
-        balance.rhs[rod, node] = rate - slope.twist[rod, node]
-        roll_rate = roll_rate_next
-    set_zero_end_rows(rod, last, balance)
-    solve_scalar(rod, balance)
-    for node in range(1, last):
-        star.twist[rod, node] += balance.rhs[rod, node]
 
 
 @wp.func
@@ -152,8 +129,6 @@ def step_shape(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, bal
     solve_balance(rod, rods, star, balance)
     step_bending(rod, rods, star, slope, a, balance)
     step_activity(rod, rods, star, slope, a, balance)
-    find_transverse_source(rod, rods, star.bending, star.twist, balance)
-    find_transverse_velocity(rod, rods, star.bending, balance)
     step_twist(rod, rods, star, slope, a, balance)
     if rods.symmetric == 1:
         symmetrise(rod, star)

@@ -75,4 +75,4 @@ def test_swimmers_pass_through_a_barrier_that_is_too_low(force, passes):
         coords={"time": ("frame", simulation.frames.times), "rod": np.arange(3)},
     )  # fmt: skip
     assert (int(crossings(data)["crossings"].sum()) > 0) == passes
-    assert not simulation.contact.unresolved
+    assert not simulation.together.unresolved

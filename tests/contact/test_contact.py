@@ -1,4 +1,4 @@
-"""Steps under contact: second order, divided into substeps where necessary, with bits that depend on the scene only."""
+"""Steps under contact: second order, divided where necessary, with bits that depend on the scene only."""
 
 from itertools import pairwise
 
@@ -8,9 +8,8 @@ import xarray as xr
 from examples.free import slope
 
 from warp_rods.analysis.crossings import crossings
-from warp_rods.contact import steps as contact
-from warp_rods.contact.steps import LARGEST_MOVE, MOST_SUBSTEPS
-from warp_rods.rods import slices
+from warp_rods.rods import slices, together
+from warp_rods.rods.together import LARGEST_MOVE, MOST_PARTS
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
@@ -66,7 +65,7 @@ def test_a_collision_is_second_order_in_time(kind):
     for count in counts:
         simulation = collision(kind, step=0.5 / count)
         found.append(frames(simulation)[-1])
-        assert simulation.contact.finest == 1
+        assert simulation.together.finest == 1
     assert found[-1]["steric_energy"].min() > 0.03 and np.abs(found[-1]["strain"]).max() > 0.5
     for name in ("position", "orientation", "strain"):
         errors = [np.abs(b[name] - a[name]).max() for a, b in pairwise(found)]
@@ -101,7 +100,7 @@ def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
     found = frames(long)
     short = collision(kind, steric=HARD, end=0.8, step=2.5e-4)
     expected = frames(short)[-1]
-    assert long.contact.finest > 1 and not long.contact.unresolved
+    assert long.together.finest > 1 and not long.together.unresolved
     assert np.abs(found[-1]["position"] - expected["position"]).max() < 2e-3
 
 
@@ -110,7 +109,7 @@ def test_nothing_passes_through(kind):
     """With a frame at every long step. Without steric forces the crossed pair passes through each other."""
     run = collision(kind, steric=HARD, end=1.2, step=0.02, every=0.02)
     found = frames(run)
-    assert run.contact.finest > 1 and not run.contact.unresolved
+    assert run.together.finest > 1 and not run.together.unresolved
     assert max(f["steric_energy"].max() for f in found) > 1e-3
     assert passed_through(run, found) == 0
     free = collision("crossed", steric={**HARD, "strength": 0.0}, end=1.2, step=0.02, every=0.02)
@@ -123,29 +122,25 @@ def test_nothing_passes_through(kind):
 def test_a_reasonable_step_is_never_divided():
     run = collision("crossed", steric=HARD, end=1.2, step=4e-4)
     frames(run)
-    assert run.contact.substeps == run.contact.finest == 1 and not run.contact.unresolved
+    assert run.together.finest == 1 and not run.together.unresolved
 
 
-def test_no_node_moves_farther_than_allowed_in_a_substep(monkeypatch):
-    """In every block that is accepted; blocks that are repeated start from the same time."""
+def test_no_node_moves_farther_than_allowed_in_a_step(monkeypatch):
+    """In every step that is accepted; one that is repeated starts from the same time."""
     run = collision("crossed", steric=HARD, end=0.6, step=0.05)
-    cells, take_substeps, blocks = run.ensembles["cells"], run.contact._take_substeps, []
+    tried, accepted = [], []
+    attempt, accept = run.together._try, run.together._accept
 
-    def watched(dt, steps):
-        start, moves = cells.time, []
-        for _ in range(steps):
-            before = cells.position
-            take_substeps(dt, 1)
-            moves.append(np.linalg.norm(cells.position - before, axis=-1).max())
-        blocks.append((start, max(moves)))
+    def watched(dt):
+        tried.append((run.ensembles["cells"].reached, attempt(dt)))
+        return tried[-1][1]
 
-    monkeypatch.setattr(run.contact, "_take_substeps", watched)
+    monkeypatch.setattr(run.together, "_try", watched)
+    monkeypatch.setattr(run.together, "_accept", lambda move: (accepted.append(tried[-1]), accept(move)))
     frames(run)
-    allowed = LARGEST_MOVE * HARD["core"] * (1 + 1e-9)
-    accepted = dict(blocks)
-    assert len(accepted) < len(blocks)
-    assert max(accepted.values()) <= allowed < max(move for _, move in blocks)
-    assert list(accepted) == sorted(accepted)
+    assert len(accepted) < len(tried)
+    assert max(move for _, move in accepted) <= LARGEST_MOVE < max(move for _, move in tried)
+    assert accepted == sorted(accepted)
 
 
 def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch):
@@ -155,12 +150,11 @@ def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch):
         monkeypatch.setattr(slices, "NODES_PER_THREAD", nodes)
         run = collision("crossed", steric=HARD, end=0.4, step=0.02)
         bits.append(frames(run)[-1]["position"].tobytes())
-        assert run.contact.finest > 1
-    assert run.contact._surroundings.recordable == (slices.cores() == 1)
+        assert run.together.finest > 1
     assert bits[0] == bits[1]
 
 
-def test_a_restored_run_with_substeps_continues_with_the_same_bits():
+def test_a_restored_run_with_divided_steps_continues_with_the_same_bits():
     def start():
         return collision("crossed", steric=HARD, end=0.8, step=0.02, every=0.1)
 
@@ -171,7 +165,7 @@ def test_a_restored_run_with_substeps_continues_with_the_same_bits():
             pass
         found.append(whole.variables()["cells"])
         states.append(whole.state())
-    assert max(int(state["substeps"]) for state in states) > 1
+    assert whole.together.finest > 1
     for k, state in enumerate(states[:-1]):
         again = start()
         if k % 2:
@@ -182,14 +176,14 @@ def test_a_restored_run_with_substeps_continues_with_the_same_bits():
                 assert expected[name].tobytes() == got[name].tobytes(), (k, name)
 
 
-def test_a_state_contains_the_number_of_substeps():
-    """Contact does not determine it: after a fast node has passed, substeps become longer only gradually."""
+def test_a_state_contains_the_number_of_parts():
+    """Contact does not determine it: after a fast node has passed, parts of a step become longer only gradually."""
     run = collision("head-on")
-    run.contact.substeps = 4
+    run.together._parts = 4
     state = run.state()
     other = collision("head-on")
     other.restore(state)
-    assert other.contact.substeps == 4
+    assert other.together._parts == 4
 
 
 def test_saving_more_often_does_not_change_the_bits():
@@ -198,18 +192,18 @@ def test_saving_more_often_does_not_change_the_bits():
     for every in (2**-10, 2**-6, 2**-3, 2**-2):
         run = collision("head-on", steric=HARD, end=0.25, step=2**-10, every=every)
         bits.add(frames(run)[-1]["position"].tobytes())
-        assert run.contact.finest == 1
+        assert run.together.finest == 1
     assert len(bits) == 1
 
 
 def test_contact_that_the_shortest_substeps_do_not_resolve_is_reported(monkeypatch):
     """Two nearly coincident swimmers that fly apart, with at most two substeps in a step."""
-    monkeypatch.setattr(contact, "MOST_SUBSTEPS", 2)
+    monkeypatch.setattr(together, "MOST_PARTS", 2)
     place = {"placement": {"position": [[0, 0, 0], [0, 0.01, 0]]}}
     run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
     frames(run)
-    assert run.contact.unresolved and run.contact.finest == 2
+    assert run.together.unresolved and run.together.finest == 2
     monkeypatch.undo()
     run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
     frames(run)
-    assert not run.contact.unresolved and 2 < run.contact.finest <= MOST_SUBSTEPS
+    assert not run.together.unresolved and 2 < run.together.finest <= MOST_PARTS

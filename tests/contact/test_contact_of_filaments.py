@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from examples.free import slope
 
-from warp_rods.contact import steps as contact
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
@@ -37,22 +36,22 @@ def growing(step: float, strength: float = 10.0) -> Simulation:
     return Simulation(Scene.parse(scene), "cpu")
 
 
-def test_a_refinement_in_a_repeated_block_is_repeated(monkeypatch):
+def test_a_refinement_in_a_step_that_is_repeated_stays_and_changes_no_place(monkeypatch):
     """Nodes may move so little that the first steps are too long; the filament is refined in the second step."""
-    monkeypatch.setattr(contact, "LARGEST_MOVE", 0.002)
+    monkeypatch.setattr(together, "LARGEST_MOVE", 0.002)
     run = growing(4e-4)
-    sensor, restored = run.ensembles["sensor"], []
-    restore = sensor.restore
+    sensor, tried = run.ensembles["sensor"], []
+    attempt = run.together._try
 
-    def watched(state):
+    def watched(dt):
         before = sensor.nodes
-        restore(state)
-        restored.append((before, sensor.nodes))
+        move = attempt(dt)
+        tried.append((before, sensor.nodes, move > together.LARGEST_MOVE))
+        return move
 
-    monkeypatch.setattr(sensor, "restore", watched)
+    monkeypatch.setattr(run.together, "_try", watched)
     finish(run)
-    assert (65, 33) in restored and sensor.nodes == 65
-    assert run.contact.finest > 1 and not run.contact.unresolved
+    assert (33, 65, True) in tried and sensor.nodes == 65 and not run.together.unresolved
     again = growing(4e-4)
     finish(again)
     monkeypatch.undo()
@@ -107,5 +106,3 @@ def test_contact_on_a_moving_membrane_is_second_order_in_time_and_resumes_with_t
             pass
     expected = first.ensembles["sensor"].variables()["position"].tobytes()
     assert found[-1]["position"].tobytes() == expected
-    undivided = {key: value for key, value in start.items() if key != "substeps"}  # of a version without substeps
-    assert last_frame_from(breathing(0.125 / 512), undivided)["position"].tobytes() == expected

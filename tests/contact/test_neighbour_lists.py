@@ -7,7 +7,6 @@ from reference.steric import Pairs, Rods
 
 from warp_rods.contact import neighbours as lists
 from warp_rods.contact.neighbours import Neighbours
-from warp_rods.contact.steps import largest_step
 
 WIDTH = 8 * STERIC["range"] + STERIC["core"]
 """Cut-off and default skin of a list; cells are at least as wide."""
@@ -138,67 +137,42 @@ def test_lists_are_rebuilt_before_they_become_invalid(skin, device):
 
 
 def test_largest_displacements_are_measured(device):
-    """The largest in a step, and since the lists were built; placing nodes elsewhere is not a step."""
+    """Since the positions that are kept, which are those of the last step."""
     (rods, _), rng = entangled(), np.random.default_rng(9)
     held = Held(rods, device)
-    neighbours = Neighbours([held], **STERIC, device=device, skin=10.0)
-    neighbours.apply()
-    moves, position = rng.normal(scale=[[0.1], [0.3], [0.2]], size=(3, 3)), rods.position
-    for move in moves:
-        position = position + move
-        held.place(position)
-        neighbours.find_forces()
-    largest, drift = np.linalg.norm(moves, axis=-1).max(), np.linalg.norm(np.cumsum(moves, axis=0), axis=-1)
-    assert neighbours.largest_moves() == pytest.approx((largest, drift.max()), rel=1e-12)
-    assert neighbours.largest_moves() == pytest.approx((0.0, drift.max()), rel=1e-12)
-    held.place(rods.position + np.array([0.0, 0.0, 0.5]))
-    neighbours.skip_move()
-    assert neighbours.largest_moves() == pytest.approx((0.0, 0.5), rel=1e-12)
+    neighbours = Neighbours([held], **STERIC, device=device)
+    neighbours.keep()
+    assert neighbours.apply() == 0
+    position = rods.position
+    for move in rng.normal(scale=[[0.1], [0.3], [0.2]], size=(3, 3)):
+        held.place(position + move)
+        assert neighbours.apply() == pytest.approx(np.linalg.norm(move), rel=1e-12)
+        held.place(position + 2 * move)  # the step is repeated
+        assert neighbours.apply() == pytest.approx(2 * np.linalg.norm(move), rel=1e-12)
+        neighbours.keep()
+        position = position + 2 * move
 
 
-def rate(pairs: Pairs, drag: np.ndarray) -> float:
-    """The fastest rate of nodes that move independently under the pair forces."""
-    return float(np.abs(np.linalg.eigvals(pairs.mobility_jacobian(drag))).max())
-
-
-def two_points(apart: float, core: float, device) -> tuple[Neighbours, Pairs]:
-    """Two crossed rods of which only the middle nodes are within the cut-off."""
-    s = np.linspace(-20.0, 20.0, 5)[:, None]
-    rods = [Rods((s * e)[None] + np.array([0, 0, z]), np.array([40.0]))
-            for e, z in ((np.eye(3)[0], 0.0), (np.eye(3)[1], apart))]  # fmt: skip
-    neighbours, _ = applied(rods, device, core=core)
-    return neighbours, Pairs(rods, **(STERIC | {"core": core}))
-
-
-@pytest.mark.parametrize("apart", [0.0, 0.03, 0.06, 0.1, 0.3])
-def test_the_contact_rate_of_two_nodes_is_half_their_rate(apart, device):
-    neighbours, pairs = two_points(apart, 0.05, device)
-    assert 2 * neighbours.contact_rate() == pytest.approx(rate(pairs, np.ones(10)), rel=1e-9)
+def own_stiffness(pairs: Pairs) -> np.ndarray:
+    """Σ_j w_j max(0, −∂f/∂d along d) d̂d̂ᵀ of every node [point, 3, 3], from the Jacobian of the pair forces of two."""
+    count = len(pairs.points)
+    found, jacobian = np.zeros((count, 3, 3)), pairs.mobility_jacobian(np.ones(count)).reshape(count, 3, count, 3)
+    for i in range(count):
+        for j in range(count):
+            d = pairs.points[i] - pairs.points[j]
+            if i != j and np.any(block := jacobian[i, :, j]):
+                along = d / np.linalg.norm(d)
+                found[i] += max(along @ block @ along, 0) * np.outer(along, along)
+    return found
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0, 3.0])
-def test_twice_the_contact_rate_bounds_every_rate(scale, device):
-    """Rods of different drag at three densities: the bound exceeds the fastest rate by less than a factor of five."""
+def test_the_stiffness_is_the_derivative_of_the_force_along_the_distance(scale, device):
     rng = np.random.default_rng(10)
     ensembles = [random_walks(rng, 6, 9, 0.4, 0.3 / scale), random_walks(rng, 4, 11, 0.3, 0.3 / scale)]
-    drags = [np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]), np.full(4, 5.0)]
-    held = [Held(e, device, drag) for e, drag in zip(ensembles, drags, strict=True)]
-    neighbours = Neighbours(held, **STERIC, device=device)
-    neighbours.apply()
-    each = np.concatenate([np.repeat(drag, e.position.shape[1]) for e, drag in zip(ensembles, drags, strict=True)])
-    fastest = rate(Pairs(ensembles, **STERIC), each)
-    assert fastest <= 2 * neighbours.contact_rate() < 5 * fastest
-
-
-def amplification(x: float) -> float:
-    """Largest |z| of the two-step formula with an extrapolated force, x = rate Δt: (3z² − 4z + 1)/2 = −x(2z − 1)."""
-    return float(np.abs(np.roots([1.5, -2 + 2 * x, 0.5 - x])).max())
-
-
-def test_the_largest_step_is_the_limit_of_stability():
-    contact_rate = 37.0
-    x = 2 * contact_rate * largest_step(contact_rate)
-    assert amplification(x) == pytest.approx(1, rel=1e-12)
-    assert amplification(1.001 * x) > 1.0001
-    assert max(amplification(fraction * x) for fraction in np.linspace(0.01, 0.999, 50)) < 1
-    assert largest_step(0.0) == np.inf
+    held = [Held(e, device) for e in ensembles]
+    Neighbours(held, **STERIC, device=device).apply()
+    expected = own_stiffness(Pairs(ensembles, **STERIC))
+    found = np.concatenate([h.stiffness.reshape(-1, 3, 3) for h in held])
+    assert np.abs(expected).max() > 1
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())

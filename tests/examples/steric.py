@@ -13,12 +13,12 @@ STERIC = {"strength": 0.7, "range": 0.1, "core": 0.05}
 class Held:
     """Rods at given positions: the part of an ``Ensemble`` that ``Neighbours`` and ``Walls`` use."""
 
-    def __init__(self, rods: Rods, device, drag=1.0):
+    def __init__(self, rods: Rods, device):
         self.count, self.nodes = rods.position.shape[:2]
         self.position_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.force_array = per_node(self.count, self.nodes, wp.vec3d, device)
+        self.contact_stiffness_array = per_node(self.count, self.nodes, wp.mat33d, device)
         self.spacing_array = wp.array(rods.spacing, dtype=wp.float64, device=device)
-        self.transverse_drag = np.broadcast_to(np.asarray(drag, dtype=float), (self.count,)).copy()
         self.place(rods.position)
 
     def place(self, position: np.ndarray) -> None:
@@ -27,6 +27,10 @@ class Held:
     @property
     def force(self) -> np.ndarray:
         return self.force_array.numpy().copy()
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        return self.contact_stiffness_array.numpy().copy()
 
 
 def random_walks(rng: np.random.Generator, count: int, nodes: int, lengths, spread) -> Rods:

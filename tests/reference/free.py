@@ -38,6 +38,32 @@ class Shape:
         return Shape(*(weight * a + other_weight * b for a, b in zip(self.fields(), other.fields(), strict=True)))
 
 
+@dataclass
+class Load:
+    """What acts on rods from outside, in the Bishop frame: forces, and the drag that contact adds to their own."""
+
+    axial: np.ndarray | float = 0.0  # half nodes
+    transverse: np.ndarray | complex = 0.0  # nodes, complex
+    axial_drag: np.ndarray | float = 0.0  # half nodes
+    transverse_drag: np.ndarray | float = 0.0  # nodes, 2 × 2 matrices
+
+
+NOTHING = Load()
+
+
+def load_of(force):
+    """The load of an external force at nodes [rod, node, 3] in the Bishop frame."""
+    return Load(middle(force[..., 0]), force[..., 1] + 1j * force[..., 2])
+
+
+def across(p, load, force):
+    """u⊥ from (η + D⊥) u⊥ = force, with D⊥ a 2 × 2 matrix at each node."""
+    pair = np.stack([force.real, force.imag], axis=-1)
+    drag = np.reshape(p.drag_ratio, (-1, 1, 1, 1)) * np.eye(2) + load.transverse_drag
+    velocity = np.linalg.solve(np.broadcast_to(drag, (*force.shape, 2, 2)), pair[..., None])[..., 0]
+    return velocity[..., 0] + 1j * velocity[..., 1]
+
+
 def middle(x):
     """Values at half nodes."""
     return (x[:, 1:] + x[:, :-1]) / 2
@@ -97,21 +123,21 @@ def internal_force(bending, twist, p, h):
     return 1j * p.bend * slope(bending, h) + p.twist * middle(twist) * middle(bending)
 
 
-def transverse_velocity(bending, twist, tension, p, h, force):
-    """u⊥ at nodes from η u⊥ = Λ⊥' − i λ k + f_ext⊥."""
+def transverse_velocity(bending, twist, tension, p, h, load):
+    """u⊥ at nodes from (η + D⊥) u⊥ = Λ⊥' − i λ k + f_ext⊥."""
     pull = odd_slope(internal_force(bending, twist, p, h), h)
-    return (pull - 1j * tension * bending + force[1]) / p.drag_ratio
+    return across(p, load, pull - 1j * tension * bending + load.transverse)
 
 
-def solve_tension(shape, p, h, force):
-    """λ from (∂s u + Ω×u)·e0 = 0: λ'' − |k|²λ/η = −(b/2)(|k|²)'' − f' − Im(k̄ (Λ⊥' + f⊥))/η − f0'."""
+def solve_tension(shape, p, h, load):
+    """λ from (∂s u + Ω×u)·e0 = 0, which is linear in λ: u0' + Im(k̄ u⊥) with and without it."""
     k = shape.bending
-    loose = transverse_velocity(k, shape.twist, 0.0, p, h, force)
-    push = p.bend / 2 * slope(np.abs(k) ** 2, h) + middle(shape.activity + force[0])
-    right = -slope(push, h) - (k.conj() * loose).imag[:, 1:-1]
-    diagonal = -2 / h**2 - np.abs(k[:, 1:-1]) ** 2 / p.drag_ratio
-    beside = np.full_like(diagonal, 1 / h**2)
-    return pinned(solve_rows({-1: beside, 0: diagonal, 1: beside}, right))
+    loose = transverse_velocity(k, shape.twist, 0.0, p, h, load)
+    right = -slope(axial_velocity(shape, np.zeros_like(shape.twist), p, h, load), h)
+    right -= (k.conj() * loose).imag[:, 1:-1]
+    ease = np.broadcast_to(1 / (1 + load.axial_drag), middle(shape.twist).shape) / h**2
+    held = (k.conj() * across(p, Load(transverse_drag=load.transverse_drag), 1j * k)).imag[:, 1:-1]
+    return pinned(solve_rows({-1: ease[:, :-1], 0: -ease[:, :-1] - ease[:, 1:] - held, 1: ease[:, 1:]}, right))
 
 
 def spin_of(transverse, axial, bending, h):
@@ -119,9 +145,10 @@ def spin_of(transverse, axial, bending, h):
     return 1j * slope(transverse, h) + axial * middle(bending)
 
 
-def axial_velocity(shape, tension, p, h, force):
-    """u0 = λ' + (b/2)(|k|²)' + f + f_ext0 at half nodes."""
-    return slope(tension, h) + p.bend / 2 * slope(np.abs(shape.bending) ** 2, h) + middle(shape.activity + force[0])
+def axial_velocity(shape, tension, p, h, load):
+    """(1 + D0) u0 = λ' + (b/2)(|k|²)' + f + f_ext0 at half nodes."""
+    push = p.bend / 2 * slope(np.abs(shape.bending) ** 2, h) + middle(shape.activity) + load.axial
+    return (slope(tension, h) + push) / (1 + load.axial_drag)
 
 
 def twist_from_bending(bending, spin):
@@ -135,13 +162,12 @@ def from_midpoint(density, h):
     return total - total[:, total.shape[1] // 2, None]
 
 
-def evaluate(shape, p, h, force=(0.0, 0.0)):
-    """Tension, velocities and the time derivative of a shape; force is (f_ext0, f_ext⊥), Bishop frame."""
-    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
+def evaluate(shape, p, h, load=NOTHING):
+    """Tension, velocities and the time derivative of a shape."""
     k = shape.bending
-    tension = solve_tension(shape, p, h, force)
-    axial = axial_velocity(shape, tension, p, h, force)
-    transverse = transverse_velocity(k, shape.twist, tension, p, h, force)
+    tension = solve_tension(shape, p, h, load)
+    axial = axial_velocity(shape, tension, p, h, load)
+    transverse = transverse_velocity(k, shape.twist, tension, p, h, load)
     spin = spin_of(transverse, axial, k, h)
     converted = twist_from_bending(k, spin)
     bishop_spin = -from_midpoint(converted, h)
@@ -161,21 +187,42 @@ def evaluate(shape, p, h, force=(0.0, 0.0)):
     )
 
 
-def linear_bending_rate(z, shape, rates, p, h):
+def linear_bending_rate(z, shape, rates, p, h, load):
     """∂k/∂t of an increment z [rod, node] of the bending, zero at the ends; λ, u0, τ and ω0 of the shape are kept."""
     pull = odd_slope(internal_force(z, shape.twist, p, h), h)
-    transverse = (pull - 1j * rates.tension * z) / p.drag_ratio
+    transverse = across(p, load, pull - 1j * rates.tension * z)
     return pinned(slope(spin_of(transverse, rates.axial, z, h), h) - 1j * (rates.bishop_spin * z)[:, 1:-1])
 
 
-def bending_increment(shape, rates, p, h, rate, right):
-    """δk from (rate − J) δk = right [rod, inner node], with J assembled column by column."""
+def bending_increment(shape, rates, p, h, rate, right, load):
+    """δk from (rate − J) δk = right [rod, inner node], with J assembled column by column; it is linear over reals."""
     rods, inner = right.shape
-    matrix = np.zeros((rods, inner, inner), complex)
-    for column in range(inner):
+    matrix = np.zeros((rods, 2 * inner, 2 * inner))
+    for column in range(2 * inner):
         unit = np.zeros((rods, inner + 2), complex)
+        unit[:, column % inner + 1] = 1 if column < inner else 1j
+        image = -linear_bending_rate(unit, shape, rates, p, h, load)[:, 1:-1]
+        matrix[:, :, column] = np.concatenate([image.real, image.imag], axis=1)
+        matrix[:, column, column] += rate
+    found = np.linalg.solve(matrix, np.concatenate([right.real, right.imag], axis=1)[..., None])[..., 0]
+    return pinned(found[:, :inner] + 1j * found[:, inner:])
+
+
+def linear_twist_rate(z, bending, p, h, load):
+    """∂τ/∂t of an increment z [rod, node] of the twist, zero at the ends: by roll, and by the motion across."""
+    pull = odd_slope(p.twist * middle(z) * middle(bending), h)
+    spin = spin_of(across(p, load, pull), 0.0, bending, h)
+    return slope(p.twist * slope(z, h) / p.rotational_drag, h) + middle(twist_from_bending(bending, spin))
+
+
+def twist_increment(bending, p, h, rate, right, load):
+    """δτ from (rate − J) δτ = right [rod, inner node], with J assembled column by column."""
+    rods, inner = right.shape
+    matrix = np.zeros((rods, inner, inner))
+    for column in range(inner):
+        unit = np.zeros((rods, inner + 2))
         unit[:, column + 1] = 1
-        matrix[:, :, column] = -linear_bending_rate(unit, shape, rates, p, h)[:, 1:-1]
+        matrix[:, :, column] = -linear_twist_rate(unit, bending, p, h, load)
         matrix[:, column, column] += rate
     return pinned(np.linalg.solve(matrix, right[..., None])[..., 0])
 
@@ -197,18 +244,20 @@ def combined(weights, shapes):
     return Shape(*(sum(w * x for w, x in zip(weights, levels, strict=True)) for levels in fields))
 
 
-def step(shapes, times, t, p, h, force=(0.0, 0.0)):
-    """One linearly implicit step to t from levels at these times, newest first; as many levels as the order."""
-    force = tuple(np.broadcast_to(part, shapes[0].bending.shape) for part in force)
+def step(shapes, times, t, p, h, load=NOTHING):
+    """One linearly implicit step to t from levels at these times, newest first; as many levels as the order.
+
+    Returns the shape, u0 and u⊥ at its end.
+    """
     values, _ = lagrange(times, t)
     _, slopes = lagrange([t, *times], t)
     rate = slopes[0]
     star = combined(values, shapes)
     past = combined(slopes[1:], shapes)  # dx/dt = rate x + past
-    now = evaluate(star, p, h, force)
+    now = evaluate(star, p, h, load)
 
     right = now.bending - past.bending - rate * star.bending
-    bending = star.bending + bending_increment(star, now, p, h, rate, right[:, 1:-1])
+    bending = star.bending + bending_increment(star, now, p, h, rate, right[:, 1:-1], load)
 
     ends = np.zeros_like(star.activity)
     ends[:, [0, -1]] = 1
@@ -223,12 +272,12 @@ def step(shapes, times, t, p, h, force=(0.0, 0.0)):
         -p.relaxation * past.activity + flow,
     )
 
-    transverse = transverse_velocity(bending, star.twist, now.tension, p, h, force)
+    transverse = transverse_velocity(bending, star.twist, now.tension, p, h, load)
     converted = twist_from_bending(bending, spin_of(transverse, now.axial, bending, h))
-    drive = slope(p.moment / p.rotational_drag * middle(activity), h) + middle(converted)
-    soft = np.full_like(drive, p.twist / p.rotational_drag / h**2)
-    twist = pinned(solve_rows({-1: -soft, 0: rate + 2 * soft, 1: -soft}, drive - past.twist[:, 1:-1]))
-    return Shape(bending, twist, activity)
+    roll = (p.twist * slope(star.twist, h) + p.moment * middle(activity)) / p.rotational_drag
+    right = slope(roll, h) + middle(converted) - past.twist[:, 1:-1] - rate * star.twist[:, 1:-1]
+    twist = star.twist + twist_increment(bending, p, h, rate, right, load)
+    return Shape(bending, twist, activity), now.axial, transverse
 
 
 def energy(shape, p, h):
@@ -253,9 +302,8 @@ def dissipation(rates, p, h):
     return at_half + trapezoid(p.drag_ratio * np.abs(rates.transverse) ** 2, h)
 
 
-def power(shape, rates, p, h, force=(0.0, 0.0)):
+def power(shape, rates, p, h, load=NOTHING):
     """∫ f u0 + M f ω0 + f_ext·u ds: the power of the flagella and the external force."""
-    force = tuple(np.broadcast_to(part, shape.bending.shape) for part in force)
-    pushed = (middle(shape.activity + force[0]) * rates.axial).sum(axis=1)
+    pushed = ((middle(shape.activity) + load.axial) * rates.axial).sum(axis=1)
     turned = (p.moment * middle(shape.activity) * rates.roll).sum(axis=1)
-    return h * (pushed + turned) + trapezoid((force[1].conj() * rates.transverse).real, h)
+    return h * (pushed + turned) + trapezoid((np.conj(load.transverse) * rates.transverse).real, h)

@@ -57,7 +57,7 @@ def test_hooks_see_accepted_steps_only():
     simulation, times = crossed(), []
     simulation.attach(every(steps=1), lambda s: times.append(s.now))
     run(simulation)
-    assert simulation.contact.finest > 1
+    assert simulation.together.finest > 1
     assert times[0] == 0.0 and times[-1] == pytest.approx(0.1)
     assert (np.diff(times) > 0).all()
 

@@ -30,12 +30,10 @@ MARGIN = 1.25
 class Neighbours:
     """Regularised repulsion of strength g0, range a and core ε between the nodes of ``ensembles`` (5.39).
 
-    ``apply`` writes the force per length at the present positions to the force of each ensemble. It uses lists of the
-    neighbours within the cut-off and a ``skin`` (default ε), and rebuilds them when a node has moved by half the skin.
-    period [3]: of the box along each axis, 0 for an axis without one; the nearest image of each pair counts.
-
-    A loop that rebuilds the lists itself, as ``contact.steps.Contact`` does, calls ``find_forces``, ``largest_moves``
-    and ``rebuild_lists`` instead.
+    ``apply`` writes the force per length, and its stiffness K, at the present positions to the arrays of each ensemble.
+    It uses lists of the neighbours within the cut-off and a ``skin`` (default ε), and rebuilds them when a node has
+    moved by half the skin. period [3]: of the box along each axis, 0 for an axis without one; the nearest image of each
+    pair counts.
     """
 
     def __init__(
@@ -54,7 +52,10 @@ class Neighbours:
         self._ensembles, self._device = list(ensembles), device_of(device)
         # Read before any recording: an ensemble may have to allocate its forces first, and then compute its frames.
         forces = [e.force_array for e in self._ensembles]
-        self._arrays = [(e.position_array, e.spacing_array, f) for e, f in zip(self._ensembles, forces, strict=True)]
+        self._arrays = [
+            (e.position_array, e.spacing_array, f, e.contact_stiffness_array)
+            for e, f in zip(self._ensembles, forces, strict=True)
+        ]
         self._yukawa = _yukawa(strength, range, core)
         self._first = [0, *np.cumsum([e.count * e.nodes for e in self._ensembles]).tolist()]
         with exclusive:
@@ -65,7 +66,7 @@ class Neighbours:
     @property
     def outdated(self) -> bool:
         """Whether an ensemble has replaced its arrays since this object was made: then make a new one."""
-        known = (position for position, _, _ in self._arrays)
+        known = (position for position, *_ in self._arrays)
         return any(e.position_array is not position for e, position in zip(self._ensembles, known, strict=True))
 
     @property
@@ -75,7 +76,7 @@ class Neighbours:
 
     @property
     def threads(self) -> int:
-        """The number of threads that share ``find_forces``."""
+        """The number of threads that share the sums over pairs."""
         return self._sum_pairs.threads
 
     @property
@@ -86,7 +87,7 @@ class Neighbours:
     def _allocate(self, period: np.ndarray) -> None:
         count, device = self.count, self._device
         points = neighbour_list.Points()
-        for name in ("position", "listed_position", "cell"):
+        for name in ("position", "last_position", "listed_position", "cell"):
             setattr(points, name, wp.zeros(count, dtype=wp.vec3d, device=device))
         for name in ("weight", "arc_length", "excluded"):
             setattr(points, name, wp.zeros(count, dtype=wp.float64, device=device))
@@ -94,8 +95,6 @@ class Neighbours:
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
         rod = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
         points.rod = wp.array(rod.astype(np.int32), device=device)
-        drag = np.concatenate([np.repeat(e.transverse_drag, e.nodes) for e in self._ensembles])
-        points.drag = wp.array(drag, dtype=wp.float64, device=device)
         cells, cells_per_length = _grid(period, self.cutoff + self.skin)
         points.period, points.cells_per_length = wp.vec3d(*period), wp.vec3d(*cells_per_length)
         self._points = points
@@ -105,7 +104,7 @@ class Neighbours:
         self._sums = steric.PairSums()
         self._sums.force = wp.zeros(count, dtype=wp.vec3d, device=device)
         self._sums.energy = wp.zeros(count, dtype=wp.float64, device=device)
-        self._rates = wp.zeros(count, dtype=wp.float64, device=device)
+        self._sums.stiffness = wp.zeros(count, dtype=wp.mat33d, device=device)
         self._allocate_lists(PLACES)
 
     def _allocate_lists(self, places: int) -> None:
@@ -114,43 +113,36 @@ class Neighbours:
         self._lists.count = wp.zeros(self.count, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
-        self.version = object()
-        """An object that is replaced when the launches of ``find_forces`` change."""
         self._collect = Recorded(self._launch_collect, self._device)
         slices = thread_slices(self.count, 1, self._device)
         self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
         self._distribute = Recorded(self._launch_distribute, self._device)
 
-    def apply(self) -> None:
-        """Write the forces at the present positions; rebuild the lists first if they are no longer valid."""
-        if not self._listed or self.largest_moves()[1] > self.skin / 2:
-            self.rebuild_lists()
-        self.find_forces()
+    def apply(self) -> float:
+        """Write force and stiffness per length at the present positions; rebuild the lists first if they do not hold.
 
-    def find_forces(self) -> None:
-        """Write the forces at the present positions, from the present lists."""
-        self._collect()
+        Returns the largest displacement of a node since the last ``keep``; length.
+        """
+        since_kept, since_listed = self._largest_moves()
+        if not self._listed or since_listed > self.skin / 2:
+            self.rebuild_lists()
         self._sum_pairs()
         self._distribute()
+        return since_kept
 
-    def largest_moves(self) -> tuple[float, float]:
-        """The largest displacement of a node in one step since the last call, and since the lists were built; length.
-
-        A step is the time from one ``find_forces`` to the next, or to this call.
-        """
+    def keep(self) -> None:
+        """Count displacements from the present positions on."""
         with exclusive:
             self._collect()
-            step, since_listed = np.sqrt(self._points.largest_moves.numpy()).tolist()
-            self._points.largest_moves.assign([0.0, since_listed * since_listed])
-            return step, since_listed
+            wp.copy(self._points.last_position, self._points.position)
 
-    def skip_move(self) -> None:
-        """Do not count the displacement to the present positions as a step: nodes were put there."""
+    def _largest_moves(self) -> tuple[float, float]:
+        """The largest displacement of a node since the last ``keep``, and since the lists were built; length."""
         with exclusive:
             self._points.largest_moves.zero_()
             self._collect()
-            since_listed = float(self._points.largest_moves.numpy()[int(neighbour_list.SINCE_LISTED)])
-            self._points.largest_moves.assign([0.0, since_listed])
+            since_kept, since_listed = np.sqrt(self._points.largest_moves.numpy()).tolist()
+            return since_kept, since_listed
 
     def rebuild_lists(self) -> None:
         """Build the lists for the present positions."""
@@ -161,7 +153,6 @@ class Neighbours:
             self._grid.build(points.cell, wp.float64(1.0))
             while not self._fill_lists():
                 pass
-            points.largest_moves.zero_()
             self._listed = True
 
     def _fill_lists(self) -> bool:
@@ -176,7 +167,7 @@ class Neighbours:
         return False
 
     def _launch_collect(self) -> None:
-        for first, (position, spacing, _) in zip(self._first, self._arrays, strict=False):
+        for first, (position, spacing, *_) in zip(self._first, self._arrays, strict=False):
             inputs = [position, spacing, first, self.core, self._points]
             wp.launch(neighbour_list.collect_points, dim=position.shape, inputs=inputs, device=self._device)
 
@@ -185,19 +176,9 @@ class Neighbours:
         wp.launch(steric.sum_pairs, dim=points.stop - points.start, inputs=inputs, device=self._device)
 
     def _launch_distribute(self) -> None:
-        for first, (_, _, force) in zip(self._first, self._arrays, strict=False):
-            wp.launch(steric.distribute_forces, dim=force.shape, inputs=[self._sums, first, force], device=self._device)
-
-    def contact_rate(self) -> float:
-        """The largest κ_i = Σ_j w_j |∂f_i/∂r_j|/ζ⊥ over all nodes at the positions of the last ``find_forces``; 1/time.
-
-        No rate of the system exceeds twice that, because both nodes of a pair move. Nodes of a rod do not move
-        independently along it, so ζ∥ plays no part (docs/model.md §6.4).
-        """
-        with exclusive:
-            inputs = [self._points, self._lists, self._yukawa, self._rates]
-            wp.launch(steric.find_contact_rates, dim=self.count, inputs=inputs, device=self._device)
-            return float(self._rates.numpy().max(initial=0.0))
+        for first, (_, _, force, stiffness) in zip(self._first, self._arrays, strict=False):
+            inputs = [self._sums, first, force, stiffness]
+            wp.launch(steric.distribute, dim=force.shape, inputs=inputs, device=self._device)
 
     def energies(self) -> list[np.ndarray]:
         """Steric energy of each ensemble [rod] at the last ``apply``; each rod of a pair has half of its energy."""

@@ -28,7 +28,8 @@ class Surroundings:
         self._walls = self._make_walls()
         # Steric forces overwrite the force of an ensemble; without them it must be set to zero before walls add to it.
         alone = self._walls is not None and self.neighbours is None
-        self._forces_to_zero = [self._ensembles[name].force_array for name in self._swimmers] if alone else []
+        swimmers = [self._ensembles[name] for name in self._swimmers] if alone else []
+        self._to_zero = [array for e in swimmers for array in (e.force_array, e.contact_stiffness_array)]
         # A force set by the user would be overwritten silently.
         for name in self._ensembles if self.neighbours else self._swimmers if self._walls else ():
             self._ensembles[name].reserve_force("contact ([steric] or a wall of the box)")
@@ -54,45 +55,26 @@ class Surroundings:
         """Whether walls push swimmers."""
         return self._walls is not None
 
-    @property
-    def recordable(self) -> bool:
-        """Whether ``apply`` consists of kernel launches of one thread."""
-        return self.neighbours is None or self.neighbours.threads == 1
-
-    @property
-    def version(self) -> Any:
-        """An object that is replaced when the launches of ``apply`` change."""
-        return None if self.neighbours is None else self.neighbours.version
-
-    def rebuild_lists(self) -> None:
-        """Build the neighbour lists for the present positions."""
-        if self.neighbours and not self._remade():
-            self.neighbours.rebuild_lists()
-
-    def skip_move(self) -> None:
-        """Do not count the displacement to the present positions as a step."""
-        if self.neighbours and not self._remade():
-            self.neighbours.skip_move()
-
-    def _remade(self) -> bool:
-        """Make new lists if an ensemble has replaced its arrays; returns whether that was necessary."""
-        assert self.neighbours is not None
-        if not self.neighbours.outdated:
-            return False
-        self.neighbours = self._make_neighbours()
-        assert self.neighbours is not None
-        self.neighbours.rebuild_lists()
-        return True
-
-    def apply(self) -> None:
-        """Write the forces at the present positions, from the neighbour lists of the last ``rebuild_lists``."""
+    def apply(self) -> float:
+        """Write the forces at the present positions; returns the largest displacement since ``keep``, in cores."""
+        move = 0.0
         if self.neighbours:
-            self._remade()
-            self.neighbours.find_forces()
-        for force in self._forces_to_zero:
-            force.zero_()
+            if self.neighbours.outdated:
+                self.keep()
+            move = self.neighbours.apply() / self.neighbours.core
+        for array in self._to_zero:
+            array.zero_()
         if self._walls:
             self._walls.add_forces()
+        return move
+
+    def keep(self) -> None:
+        """Count displacements from the present positions on."""
+        if self.neighbours:
+            if self.neighbours.outdated:
+                self.neighbours = self._make_neighbours()
+            assert self.neighbours is not None
+            self.neighbours.keep()
 
     def energies(self) -> dict[str, dict[str, np.ndarray]]:
         """Ensemble → variable → energy [rod] at the last ``apply``."""

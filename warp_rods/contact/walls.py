@@ -75,14 +75,15 @@ class Walls:
         self._boxes = tuple(wp.vec3d(*corner) for corner in (*caps, *known))
         self._kernel = box_kernels.walls_of(field)
         for e in self._ensembles:
-            _ = e.force_array  # an ensemble may have to allocate its forces first, and then compute its frames
+            # An ensemble may have to allocate these first, and then compute its frames.
+            _ = e.force_array, e.contact_stiffness_array
         self.add_forces = Recorded(self._launch, self._device)
 
     def _launch(self) -> None:
         for e, energy in zip(self._ensembles, self._energies, strict=True):
             inputs = [
                 e.position_array, e.spacing_array, self._parameters, *self._boxes, self.side, self.strength,
-                self.range, e.force_array, energy,
+                self.range, e.force_array, e.contact_stiffness_array, energy,
             ]  # fmt: skip
             wp.launch(self._kernel, dim=e.count, inputs=inputs, device=self._device)
 

@@ -47,7 +47,7 @@ def attractor(letter: str, quick: bool) -> Result:
     end = 60.0  # twist relaxes at the rate π²β∥/ηr, which is 0.03 in panel b
     early = np.concatenate([np.linspace(0.0, 4.0, 401), np.arange(4.1, end - LATE - 0.05, 0.1)])
     times = np.concatenate([early, late_times(end)])
-    motion = simulate([Case(*panel[:4], start) for start in starts], times, 1e-3 if quick else 5e-4)
+    motion = simulate([Case(*panel[:4], start) for start in starts], times)
     coordinates = _coordinates(motion)
     data = xr.Dataset(
         {

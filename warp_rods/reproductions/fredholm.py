@@ -24,7 +24,7 @@ def check(quick: bool) -> Result:
     nodes = 65 if quick else 129
     bent = {"kind": "mode", "amplitude": 3.0}
     rods = FreeRods(len(BENDS), nodes, bend=BENDS, twist=1e-3, shape=bent, symmetric=True, device="cpu")
-    rods.step(1e-3, 4000 if quick else 12000)
+    rods.advance_to(4.0 if quick else 12.0)
     curvature, activity, simulated = rods.strain[..., 2], rods.activity, rods.tension
     shapes = list(zip(BENDS, curvature, activity, strict=True))
     direct = [planar_tension(κ, f, bend, DRAG_RATIO) for bend, κ, f in shapes]

@@ -16,19 +16,18 @@ SWIMMING = ("position", "strain", "activity", "status")
 
 
 def integrate(
-    rods: Any, times: Sequence[float] | np.ndarray, dt: float, variables: Sequence[str] = SWIMMING
+    rods: Any, times: Sequence[float] | np.ndarray, variables: Sequence[str] = SWIMMING, tolerance: float = 1e-3
 ) -> xr.Dataset:
-    """Step rods (``FreeRods``, ``BoundRods``) to each of ``times`` with steps of at most ``dt``; one frame for each.
+    """Advance rods (``FreeRods``, ``BoundRods``) to each of ``times`` in steps by error; one frame for each.
 
-    ``variables``: names of the variables to keep. The dataset also has ``time``, ``s`` and all constant variables.
+    ``variables``: names of the variables to keep. ``tolerance``: as in ``advance_to``. The dataset also has
+    ``time``, ``s`` and all constant variables.
     Raises RodFailure where a rod fails.
     """
     frames: dict[str, list[np.ndarray]] = {name: [] for name in variables}
     for time in times:
         if time > rods.time:
-            span = time - rods.time
-            steps = int(np.ceil(span / dt * (1 - 1e-9)))
-            rods.step(span / steps, steps)
+            rods.advance_to(time, tolerance)
         now = rods.variables()
         for name, column in frames.items():
             column.append(now[name])

@@ -17,8 +17,6 @@ from warp_rods.rods.modes import beam_mode, coefficients
 from warp_rods.theory.continuation import Branch, follow
 from warp_rods.theory.steady import FixedShape, Swimmer, settled
 
-STEP = 1e-3
-"""Δt in the text."""
 FRAME = 0.04
 """Time between frames, a fifteenth of the period of waving."""
 LATE = 7.0
@@ -81,7 +79,7 @@ def late_motion(
 
 def integrated(rods: FreeRods, times: Sequence[float] | np.ndarray) -> xr.Dataset:
     """Strain and activity at these times."""
-    return integrate(rods, times, STEP, ("strain", "activity", "status"))
+    return integrate(rods, times, ("strain", "activity", "status"))
 
 
 def modes(frames: xr.Dataset) -> np.ndarray:

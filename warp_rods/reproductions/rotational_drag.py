@@ -26,7 +26,7 @@ def class_map(quick: bool) -> Result:
     starts = list(STARTS)[:1] if quick else list(STARTS)
     grid = itertools.product(PANELS.values(), drags, starts)
     cases = [Case(panel.bend, panel.twist, panel.moment, drag, start) for panel, drag, start in grid]
-    motion = simulate(cases, late_times(16.0 if quick else 30.0), 1e-3)
+    motion = simulate(cases, late_times(16.0 if quick else 30.0))
     classes = shape_class(motion, float(motion["time"][0])).to_numpy().reshape(len(PANELS), len(drags), len(starts))
     as_published = {letter: (classes[i] == panel.motion) for i, (letter, panel) in enumerate(PANELS.items())}
     rows = [_range_row(letter, PANELS[letter].motion, drags, agrees) for letter, agrees in as_published.items()]

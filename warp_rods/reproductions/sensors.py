@@ -22,7 +22,6 @@ from warp_rods.reproductions.sensor_statistics import (
     share_at_preferred_curvature,
 )
 from warp_rods.rods.bound.rods import BoundRods
-from warp_rods.rods.step_limits import SAFETY, filament_limits
 
 MEMBRANE = ("undulated", {"radius": 1.0, "amplitude": 0.16, "wavenumber": 5.0})
 LENGTH, STIFFNESS, DRAG = 0.3, (1.0, 1.0, 1.0), (1.0, 2.0, 0.1)
@@ -100,9 +99,7 @@ def _simulate(
         surface, position, direction, nodes=NODES, length=LENGTH, stiffness=STIFFNESS, intrinsic=intrinsic, drag=DRAG,
         device="cpu",
     )  # fmt: skip
-    sampled = sampling.uniform_points(surface, 400, np.random.default_rng(0))
-    dt = SAFETY * filament_limits(surface, sampled, rods).step
-    found = integrate(rods, np.linspace(0.0, end, FRAMES), dt, VARIABLES)
+    found = integrate(rods, np.linspace(0.0, end, FRAMES), VARIABLES)
     seed_of = np.tile(np.repeat(np.arange(seeds), count), len(twists))
     return found.assign_coords(twist=("rod", twist), seed=("rod", seed_of))
 

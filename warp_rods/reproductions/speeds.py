@@ -100,7 +100,7 @@ def _speeds(pairs: list[tuple[float, float]], quick: bool) -> Table:
     """Late speeds and classes of motion of swimmers with these pairs (β⊥, M), each for every ηr."""
     drags = DRAGS[:1] if quick else DRAGS
     cases = [Case(bend, TWIST, moment, drag, START) for drag in drags for bend, moment in pairs]
-    motion = simulate(cases, late_times(16.0 if quick else 30.0), 1e-3 if quick else 5e-4)
+    motion = simulate(cases, late_times(16.0 if quick else 30.0))
     data = {name: np.array([getattr(case, name) for case in cases]) for name in ("rotational_drag", "bend", "moment")}
     return data | {
         "speed": speed(motion).to_numpy(),

@@ -47,7 +47,7 @@ class Case(NamedTuple):
     start: str = "coil (C.63–65)"
 
 
-def simulate(cases: list[Case], times: np.ndarray, dt: float) -> xr.Dataset:
+def simulate(cases: list[Case], times: np.ndarray) -> xr.Dataset:
     """Trajectory [frame, rod] of a batch of swimmers, with the symmetry of C.4 imposed as in §4.4."""
     columns: dict[str, Any] = {
         name: np.array([getattr(case, name) for case in cases])
@@ -57,7 +57,7 @@ def simulate(cases: list[Case], times: np.ndarray, dt: float) -> xr.Dataset:
     starts = [STARTS[case.start] for case in cases]
     shapes = [initial_strain(start, NODES, each)[0] for start, each in zip(starts, one, strict=True)]
     rods = FreeRods(len(cases), NODES, **columns, shape=shapes, symmetric=True, device="cpu")
-    return integrate(rods, times, dt)
+    return integrate(rods, times)
 
 
 def late_times(end: float) -> np.ndarray:

@@ -1,55 +1,52 @@
-"""The clock of an ensemble: the time, the next step and the last one, on the host and on the device."""
+"""The clock of an ensemble: the time, and the next step, on the host and on the device."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import warp as wp
 
-from warp_rods.kernels.clock import tick
 from warp_rods.kernels.layout import per_rod
 
 
 class Clock:
-    """``time``, and ``array`` [Δt, ρ, t] for the kernels; ρ is the ratio of the next step to the last one."""
+    """``time`` that is shown, ``reached`` by the steps, and ``array`` [Δt, time reached] for the kernels.
+
+    ``reached`` is infinite where rods have taken steps of their own, each to a time of its own beyond ``time``.
+    Steps that a user plans may be divided; ``planned`` are the times reached by the last one and by that before.
+    """
 
     def __init__(self, device: Any):
-        self.array = per_rod(3, device=device)
-        self.time = 0.0
-        self._next = self._last = 0.0
-
-    @property
-    def step(self) -> float:
+        self.array = per_rod(2, device=device)
+        self.time = self.reached = 0.0
+        self.planned = (0.0, 0.0)
+        self.step = 0.0
         """Δt of the next steps."""
-        return self._next
-
-    @property
-    def is_new(self) -> bool:
-        """Whether no step has been taken."""
-        return self._last == 0.0
 
     def set_step(self, dt: float) -> None:
-        """Set the length of the next steps. Only the value set last counts."""
-        if dt != self._next:
-            ratio = dt / self._last if self._last else 0.0
-            self.array.assign([dt, ratio, self.time])
-            self._next = dt
-
-    def launch_tick(self) -> None:
-        """Advance the time on the device by one step."""
-        wp.launch(tick, dim=1, inputs=[self.array], device=self.array.device)
+        """Set the length of the next step."""
+        self.step = dt
+        self.array.assign([dt, self.reached])
 
     def tick(self) -> None:
-        """Advance the time on the host by one step, after the device has taken it."""
-        self.time += self._next
-        self._last = self._next
+        """Advance the time by one step."""
+        self.time = self.reached = self.reached + self.step
+
+    def plan(self) -> None:
+        """End a planned step."""
+        self.planned = (self.reached, self.planned[0])
+
+    @property
+    def share(self) -> float:
+        """The time from the last planned step to the end of this step over the length of that planned step, or 0."""
+        last, before = self.planned
+        return (self.reached + self.step - last) / (last - before) if last > before else 0.0
 
     def state(self) -> np.ndarray:
-        """The whole state of the clock [6]."""
-        return np.array([self.time, self._next, self._last, *self.array.numpy()])
+        """The whole state of the clock [5]."""
+        return np.array([self.time, self.reached, self.step, *self.planned])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
-        self.time, self._next, self._last = (float(value) for value in state[:3])
-        self.array.assign(state[3:])
+        self.time, self.reached, self.step, last, before = (float(value) for value in state)
+        self.planned = (last, before)

@@ -5,10 +5,10 @@ A kind of rod is a folder beside this file with a subclass of ``Ensemble``; CONT
 
 from __future__ import annotations
 
-import itertools
+import functools
 import logging
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Generic, NamedTuple, Never, Self, SupportsFloat, SupportsIndex, TypeVar, overload
 
@@ -21,20 +21,26 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.per_rod import check_step, ramp, vectors
+from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
+from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import StepLimit
+from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
+TELL = 0.01
+"""Users are told of steps of a given length with a larger error."""
 FORCE_STATE = ("force", "force_previous")
-"""Arrays of the state that an ensemble without external forces may lack."""
+"""Arrays of the state of an ensemble whose force was set."""
 
 FOR_THE_LOOP = frozenset(
     {
-        *("advance", "set_step", "prepare_step", "take_step", "finish_step", "present_limits", "ends_of_space"),
-        *("recordable", "threads", "version", "refine", "middle", "tracked", "evaluate"),
-        *("position_array", "force_array", "spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
+        *("advance", "set_step", "prepare_step", "finish_step", "ends_of_space", "pace_arrays", "error_report"),
+        *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
+        *("first_step", "natural_time", "has_own_steps", "advance_by_error", "take_own_steps"),
+        *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
+        *("apply_given_force", "end_planned_step", "position_array", "force_array"),
+        *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
 )
@@ -101,6 +107,9 @@ class Ensemble(Readings):
         self._parameters: Mapping[str, np.ndarray] = MappingProxyType(dict(parameters))
         self._fixed: Mapping[str, Any] = MappingProxyType({**fixed, **parameters})
         self._force_from = ""
+        self._given: np.ndarray | None = None
+        self._given_before: np.ndarray | None = None
+        self._written: np.ndarray | None = None
         with exclusive:
             self._clock = Clock(self.device)
         self._warned = False
@@ -126,49 +135,52 @@ class Ensemble(Readings):
     def step(self, dt: SupportsFloat, steps: SupportsIndex = 1) -> None:
         """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
 
-        The order does not suffer when ``dt`` changes, because the coefficients follow the ratio of the steps. A step
-        above ``step_limit`` is warned of once, by the logger ``warp_rods``. Raises SceneError for a step that is not
-        positive.
+        The order does not suffer when ``dt`` changes, nor from a start that is rough: the first steps are divided as
+        their error demands. Steps whose error is large are told once, by the logger ``warp_rods``. Raises SceneError
+        for a step that is not positive.
         """
         dt, steps = check_step(dt, steps)
-        self._warn_of(dt)
         self.advance(dt, steps)
+        self._warn()
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
-        for length in self.lengths_of_steps(dt, steps):
-            self.set_step(length)
-            self.prepare_step(length)
-            self.predict_step()
-            self.take_step()
-            self.finish_step()
+        self._gather()
+        exhaust(self._steps.advance(dt, steps))
 
-    def lengths_of_steps(self, dt: float, steps: int) -> Iterable[float]:
-        """The lengths of these steps; the first step from the start is divided, see ``ramp``."""
-        if steps and self._clock.is_new:
-            return itertools.chain(ramp(dt), itertools.repeat(dt, steps - 1))
-        return itertools.repeat(dt, steps)
+    def _gather(self) -> None:
+        """Bring rods together that have taken steps of their own beyond the present time."""
+        if self._clock.time < self._clock.reached:
+            self.gather()
+            self._clock.reached = self._clock.time
+            self._steps.restart()
 
-    def _warn_of(self, dt: float) -> None:
-        if self._warned:
-            return
-        limit = self.step_limit
-        if dt > limit.step:
-            self._warned = True
-            LOG.warning(
-                f"dt = {dt:g} is above {limit.step:.3g}, the bound on the step of {self!r}: {limit.reason}. Above it "
-                f"the result can be wrong without diverging: use a smaller step"
-            )
-
-    @property
     @abstractmethod
-    def step_limit(self) -> StepLimit:
-        """The largest stable step, and the formula that gives it."""
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
 
-    @property
-    def present_limits(self) -> np.ndarray:
-        """The bound on the step of each rod where it is now [rod]; infinity where its place does not matter."""
-        return np.full(self.count, np.inf)
+    @functools.cached_property
+    def _steps(self) -> Together:
+        return Together([self])
+
+    def _warn(self) -> None:
+        """Tell once that steps of a given length are too long."""
+        if not self._warned and (line := self.error_report()):
+            self._warned = True
+            LOG.warning(f"{self!r}: {line}")
+
+    def error_report(self) -> str:
+        """What steps of a given length have got wrong so far, in words; empty if they are well."""
+        with exclusive:
+            largest = to_host(self.pace_arrays.largest_error)
+        well = self.status == Status.OK
+        rod = int(np.argmax(np.where(well, largest, 0.0)))
+        if not well.any() or largest[rod] < TELL:
+            return ""
+        return (
+            f"by t = {self.time:g} a step of rod {rod} had an error of {largest[rod]:.2g} of its length, by estimate: "
+            f"the result can be wrong without diverging; use shorter steps, or let the error choose them"
+        )
 
     @property
     def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
@@ -183,22 +195,71 @@ class Ensemble(Readings):
 
     @property
     def has_own_steps(self) -> bool:
-        """Whether each rod can take steps of its own, see ``advance_to``."""
+        """Whether each rod can take steps of its own."""
         return False
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, each with an error below ``tolerance``."""
+    def advance_to(self, time: SupportsFloat, tolerance: SupportsFloat = TOLERANCE) -> None:
+        """Advance to ``time`` in steps whose length follows their error, each rod in steps of its own where it can.
+
+        tolerance: of the error at the end, about: of places over the length, and of strains over 1/L and themselves.
+        Raises SceneError for a time before the present one.
+        """
+        time, tolerance = arguments.real("time", time), arguments.real("tolerance", tolerance)
+        if time < self.time:
+            raise SceneError(f"time = {time:g}: must not be before the present time, {self.time:g}")
+        self.advance_by_error(time, TOLERANCE_OF_A_STEP * tolerance)
+
+    def advance_by_error(self, time: float, allowed: float) -> None:
+        """``advance_to`` with the error ``allowed`` in a step."""
+        if not self.has_own_steps:
+            if np.isinf(self.reached):
+                self._gather()
+            exhaust(self._steps.advance_to(time, allowed))
+            return
+        with exclusive:
+            self.take_own_steps(time, allowed)
+        self._clock.reached = np.inf
+        self.show_at(time)
+
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``; where ``has_own_steps``."""
         raise NotImplementedError
 
     @property
+    @abstractmethod
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device: times of the levels of each rod, its next step, and the steps that it has taken."""
+
+    @property
     def steps_taken(self) -> np.ndarray:
-        """Steps of its own that each rod has taken [rod]."""
-        return np.zeros(self.count, dtype=int)
+        """Steps that each rod has taken [rod]."""
+        with exclusive:
+            return to_host(self.pace_arrays.taken)
 
     @property
     def steps_rejected(self) -> np.ndarray:
-        """Steps of its own that each rod has tried and repeated, because their error was too large [rod]."""
-        return np.zeros(self.count, dtype=int)
+        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
+        with exclusive:
+            return to_host(self.pace_arrays.rejected)
+
+    @property
+    def reached(self) -> float:
+        """The time that steps have reached; not before ``time``."""
+        return self._clock.reached
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        self._clock.time = time
+
+    @property
+    @abstractmethod
+    def first_step(self) -> float:
+        """The first step that an error may choose, short on every scale of the rods."""
+
+    @property
+    @abstractmethod
+    def natural_time(self) -> float:
+        """The shortest time in which a rod changes as a whole."""
 
     def prepare_step(self, dt: float) -> None:
         """Work on the host before a step of ``dt``."""
@@ -210,17 +271,26 @@ class Ensemble(Readings):
         """Put ``position_array`` at the present state, where steps leave it elsewhere."""
 
     @abstractmethod
-    def take_step(self) -> None:
-        """Launch one step of the length given to ``set_step``."""
+    def try_step(self) -> None:
+        """Launch the rest of a step: its result and its error, which are kept beside the present state."""
+
+    @abstractmethod
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of strains over 1/L and their own, and of places over L; 0 for frozen rods.
+
+        Infinite where the result is not valid.
+        """
+
+    @abstractmethod
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state; rods without a valid one are frozen."""
+
+    def reject_step(self) -> None:
+        """Count the step tried as repeated; the present state is as it was."""
 
     def finish_step(self) -> None:
-        """Advance the time on the host after a step."""
+        """Advance the time on the host after a step that was accepted."""
         self._clock.tick()
-
-    @property
-    @abstractmethod
-    def recordable(self) -> bool:
-        """Whether a step consists of kernel launches of one thread, so that a longer graph may contain it."""
 
     @property
     @abstractmethod
@@ -231,11 +301,6 @@ class Ensemble(Readings):
 
     @property
     @abstractmethod
-    def version(self) -> object:
-        """An object that is replaced when device arrays are; graphs recorded before are then invalid."""
-
-    @property
-    @abstractmethod
     def position_array(self) -> wp.array:
         """Centre line of the present state on the device [rod, node]; length."""
 
@@ -243,6 +308,14 @@ class Ensemble(Readings):
     @abstractmethod
     def force_array(self) -> wp.array:
         """External force per length in space on the device [rod, node]; contact writes to it."""
+
+    @property
+    @abstractmethod
+    def contact_stiffness_array(self) -> wp.array:
+        """Σ_j w_j |∂f/∂r| per length of each node against its own motion, in space, on the device [rod, node] (3, 3).
+
+        Contact writes to it; allocated by the first call. Steps treat it as drag, 2 K (u − u*)/a (docs/model.md §6.4).
+        """
 
     @property
     @abstractmethod
@@ -267,13 +340,33 @@ class Ensemble(Readings):
     def force(self, value: Any) -> None:
         if self._force_from:
             raise SceneError(f"force: it cannot be set, because {self._force_from} gives it at every step")
-        self._set_force(vectors(value, self.count, self.nodes))
+        self._given = vectors(value, self.count, self.nodes)
+        self._set_force(self._given)
+        self._written = self._given
+
+    def apply_given_force(self) -> None:
+        """Write the force that was set, extrapolated to the end of the step from its values at planned steps."""
+        if self._given is None:
+            return
+        values, before, share = self._given, self._given_before, self._clock.share
+        if before is not None and before is not values and share > 0:
+            values = values + share * (values - before)
+        if values is not self._written:
+            self._set_force(values)
+            self._written = values
+
+    def end_planned_step(self) -> None:
+        """End a step that the user planned: the force set now is the previous one of the next."""
+        self._given_before = self._given
+        self._clock.plan()
 
     def reserve_force(self, source: str) -> None:
         """Refuse forces set by the user from now on, because ``source`` writes the force at every step."""
         self._force_from = source
 
     def _read_force(self) -> np.ndarray:
+        if self._given is not None:
+            return self._given.copy()
         with exclusive:
             return to_host(self.force_array)
 
@@ -291,7 +384,10 @@ class Ensemble(Readings):
         """Everything that the next step depends on. After ``restore`` the next steps have the same bits."""
         with exclusive:
             arrays = {name: to_host(array) for name, array in self.arrays_of_state().items()}
-            return {**arrays, "clock": self._clock.state()}
+            if self._given is not None:
+                arrays["force"] = self._given.copy()
+                arrays["force_previous"] = (self._given if self._given_before is None else self._given_before).copy()
+            return {**arrays, "clock": self._clock.state(), "steps": self._steps.state()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters.
@@ -303,11 +399,19 @@ class Ensemble(Readings):
         with exclusive:
             self.allocate_for(given)
             for name, array in self.arrays_of_state().items():
-                if name in given:
-                    array.assign(given[name])
-                else:
-                    array.zero_()
+                array.assign(given[name])
+            self._restore_force(given)
             self._clock.restore(given["clock"])
+            self._steps.restore(given["steps"])
+
+    def _restore_force(self, state: Mapping[str, np.ndarray]) -> None:
+        """The forces of a state; one without them has none."""
+        set_before, self._written = self._given is not None, None
+        self._given = self._given_before = None
+        if "force" in state:
+            self._given, self._given_before = (np.array(state[name], dtype=float) for name in FORCE_STATE)
+        elif set_before:
+            self.force_array.zero_()
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays of a state; raises SceneError naming the first that is missing or does not fit."""
@@ -315,14 +419,17 @@ class Ensemble(Readings):
             raise arguments.wrong("state", state, "a mapping of arrays, as state() returns it")
         with exclusive:
             own = {name: shape_of(array) for name, array in self.arrays_of_state().items()}
-        own |= {"clock": self._clock.state().shape}
+        own |= {"clock": self._clock.state().shape, "steps": self._steps.state().shape}
         nodes = self.nodes_of(state)
-        if missing := [name for name in own if name not in state and name not in FORCE_STATE]:
+        own |= {name: (self.count, self.nodes, 3) for name in FORCE_STATE if "force" in state}
+        if missing := [name for name in own if name not in state]:
             raise SceneError(f"state: has no {missing[0]!r}; must be a state of {type(self).__name__}")
         given = {}
         for name, array in state.items():
-            given[name] = arguments.reals(f"state[{name!r}]", array) if name == "clock" else np.asarray(array)
-            shape = own.get(name, (self.count, self.nodes, 3) if name in FORCE_STATE else given[name].shape)
+            given[name] = (
+                arguments.reals(f"state[{name!r}]", array) if name in ("clock", "steps") else np.asarray(array)
+            )
+            shape = own.get(name, given[name].shape)
             fits = (shape[0], nodes, *shape[2:]) if shape[1:2] == (self.nodes,) else shape
             if given[name].shape != fits or given[name].dtype.kind not in "iuf":
                 raise SceneError(f"state[{name!r}]: has shape {given[name].shape}; must be numbers of shape {fits}")

@@ -64,17 +64,3 @@ def vectors(values: Any, count: int, nodes: int, finite: bool = True) -> np.ndar
 def check_step(dt: SupportsFloat, steps: SupportsIndex = 1) -> tuple[float, int]:
     """A step and a number of steps; raises SceneError unless the step is positive and the number 0 or more."""
     return arguments.real("dt", dt), arguments.whole("steps", steps, 0)
-
-
-DOUBLINGS = 10
-"""How often a step doubles at the start of equal steps."""
-
-
-def ramp(dt: float) -> list[float]:
-    """The first of equal steps, divided into steps that begin with dt/1024 twice and then double; their sum is dt.
-
-    A rod whose start contradicts its ends, or is rough, changes fast at first. One first step of first order would then
-    spoil the second order of all that follow.
-    """
-    shortest = dt / 2**DOUBLINGS
-    return [shortest, *(shortest * 2**k for k in range(DOUBLINGS))]

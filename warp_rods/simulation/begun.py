@@ -69,8 +69,6 @@ class Begun:
         self._refuse(lines | edited)
         time, before = scene.time, self.scene.time
         begun: dict[str, float | None] = {}
-        if time.step is None:
-            begun["step"] = before.step
         if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
             begun["save_every"] = before.save_every
         return scene.model_copy(update={"time": time.model_copy(update=begun)})
@@ -82,8 +80,8 @@ class Begun:
         self._refuse(
             {
                 f"time.{key}": f"time.{key}: {old[key]!r} in the run, {new[key]!r} in the scene"
-                for key in ("step", "save_every")
-                if not np.isclose(new[key], old[key], rtol=1e-9, atol=0)
+                for key in ("step", "tolerance", "save_every")
+                if not _close(new[key], old[key])
             }
         )
 
@@ -96,6 +94,10 @@ class Begun:
                 f"To continue the run as it was begun: warp-rods run {self.path / 'scene.toml'} --out {self.path} "
                 f"--resume. To run the scene given: another --out, or --overwrite."
             )
+
+
+def _close(new: float | None, old: float | None) -> bool:
+    return new == old if new is None or old is None else bool(np.isclose(new, old, rtol=1e-9, atol=0))
 
 
 def _numbers_of_nodes(scene: Scene) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Filaments of a scene on its membrane: their number of nodes, their places, and the bounds on their step."""
+"""Filaments of a scene on its membrane: their number of nodes and their places."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
-from warp_rods.rods.step_limits import bent_start_limit, membrane_limit
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.simulation.criteria import criteria_of_filaments
 from warp_rods.simulation.resolution import Resolution, largest_length, resolution
@@ -37,12 +36,12 @@ def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
     assert surface is not None  # a scene of filaments without a surface is refused
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
-    samples = layout.samples[table.name] = samples_of(surface, end, part_of(surface, table.bodies))
+    samples = samples_of(surface, end, part_of(surface, table.bodies))
     return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric))
 
 
 def build_filaments(layout: Layout, table: FilamentsTable) -> None:
-    """Add an ensemble of filaments to the layout, and the bound on its step."""
+    """Add an ensemble of filaments to the layout."""
     surface = layout.surface
     assert surface is not None
 
@@ -69,11 +68,6 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
-    limits = [bent_start_limit(rods, rods.strain[..., 2])]
-    for now in layout.samples[table.name]:
-        nodes = rods.position if now.time == 0 else None
-        limits.append(membrane_limit(now.surface, rods, nodes, now.uniform, now.curved))
-    layout.limits[table.name] = min(limits, key=lambda limit: limit.step)
 
 
 def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.free.rods import FreeRods
-from warp_rods.rods.step_limits import StepLimit, wall_limit
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
@@ -24,7 +23,6 @@ from warp_rods.simulation.criteria import criteria_of_swimmers
 from warp_rods.simulation.filaments import build_filaments, nodes_of_filaments
 from warp_rods.simulation.memory import check_memory
 from warp_rods.simulation.resolution import Resolution, resolution
-from warp_rods.simulation.samples import Sample
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
 
 CLOSE_START = 0.5
@@ -34,7 +32,7 @@ largest at about that distance."""
 
 @dataclass
 class Layout:
-    """Ensembles by name, their bounds on the time step, and lines for the user."""
+    """Ensembles by name, and lines for the user."""
 
     scene: Scene
     """With the numbers of nodes that were chosen."""
@@ -44,9 +42,6 @@ class Layout:
     container: Surface | None = None
     """The surface of the box."""
     ensembles: dict[str, Any] = field(default_factory=dict)
-    limits: dict[str, StepLimit] = field(default_factory=dict)
-    samples: dict[str, list[Sample]] = field(default_factory=dict)
-    """The membrane where filaments may be, by name."""
     arranged: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
     """Poses of swimmers that are placed together, by arrangement and name."""
     notes: list[str] = field(default_factory=list)
@@ -181,13 +176,9 @@ def _swimmers(layout: Layout, table: SwimmersTable) -> None:
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    layout.limits[table.name] = layout.ensembles[table.name].step_limit
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])
-    if wall:
-        drag = float(np.min(table.drag_ratio))
-        layout.limits[f"{table.name} (walls)"] = wall_limit(wall.strength, drag)
 
 
 def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:

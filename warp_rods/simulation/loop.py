@@ -9,26 +9,19 @@ from typing import Any
 import numpy as np
 
 from warp_rods import arguments
-from warp_rods.contact.steps import LARGEST_MOVE, Contact
 from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
+from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
 from warp_rods.rods.ensemble import Ensemble
-from warp_rods.rods.step_limits import SAFETY, StepLimit
+from warp_rods.rods.together import LARGEST_MOVE, Together, exhaust
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import layout
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
 from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
-
-FEWEST_STEPS = 1000
-"""Smallest number of equal steps of a run without ``time.step``, for accuracy; bounds on the step are for stability."""
-TOLERANCE = 0.01
-"""``time.tolerance`` where it is left out."""
-TOLERANCE_OF_A_STEP = 1e-3
-"""Error of a step in units of ``time.tolerance``: errors add up, and rods that move periodically drift in phase."""
 
 
 class Simulation(metaclass=Documented):
@@ -50,14 +43,14 @@ class Simulation(metaclass=Documented):
         """The membrane and the container of its box, None where there is none."""
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
-        self._surroundings.rebuild_lists()
-        self.contact = Contact(self.ensembles, self._surroundings, self.device)
+        self._surroundings.keep()
+        self.together = Together(list(self.ensembles.values()), self._surroundings)
         self.warnings = laid_out.warnings
-        if self.own_steps:
-            self.step_size = scene.time.save_every
-            self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
-        else:
-            self._plan_equal_steps(laid_out.limits)
+        self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
+        """Δt, or the time between frames where steps are chosen by their error."""
+        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        if scene.time.step is not None:
+            self._keep_step()
         self.frame = 0
         self.steps_taken = 0
         """Steps since the start: planned ones, where a step that contact divides into substeps counts once; or the
@@ -67,21 +60,23 @@ class Simulation(metaclass=Documented):
         self._hooks: list[Hook] = []
         self._reset_warnings()
 
-    def _plan_equal_steps(self, limits: dict[str, StepLimit]) -> None:
-        """Choose the step, and keep it in the scene, so that it can be run again."""
+    def _keep_step(self) -> None:
+        """Keep the step as it is taken in the scene: a whole number of steps fits between frames."""
+        self.step_size = self.frames.longest_step
         scene = self.scene
-        self.step_size, warnings = self._choose_step(limits)
-        self.warnings = warnings + self.warnings
-        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
-        if scene.time.step is None or not math.isclose(self.frames.longest_step, scene.time.step):
-            self.step_size = self.frames.longest_step
+        if not math.isclose(self.step_size, scene.time.step or 0.0):
             self.scene = scene.model_copy(update={"time": scene.time.model_copy(update={"step": self.step_size})})
 
     @property
+    def by_error(self) -> bool:
+        """Whether steps are chosen by their error, because the scene fixes none."""
+        return self.scene.time.step is None
+
+    @property
     def own_steps(self) -> bool:
-        """Whether rods take steps of their own: they do not feel each other, and the scene fixes no step."""
+        """Whether rods take steps of their own: chosen by error, and they do not feel each other."""
         alone = self._surroundings.neighbours is None and not self._surroundings.has_walls
-        return self.scene.time.step is None and alone and all(e.has_own_steps for e in self.ensembles.values())
+        return self.by_error and alone and all(e.has_own_steps for e in self.ensembles.values())
 
     @property
     def tolerance(self) -> float:
@@ -92,23 +87,10 @@ class Simulation(metaclass=Documented):
         counts = [f"{name} ({e.count} rod{'s' if e.count > 1 else ''})" for name, e in self.ensembles.items()]
         return f"<Simulation of {', '.join(counts)} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
-    def _choose_step(self, limits: dict[str, StepLimit]) -> tuple[float, list[str]]:
-        """The step of the scene, or a fraction of the smallest bound; and a warning for each bound that it exceeds."""
-        given = self.scene.time.step
-        if given is None:
-            smallest = min(limit.step for limit in limits.values())
-            return min(SAFETY * smallest, self.scene.time.save_every, self.scene.time.end / FEWEST_STEPS), []
-        exceeded = [(name, limit) for name, limit in limits.items() if given > limit.step]
-        return given, [
-            f"time.step = {given:g} is above {limit.step:.3g}, the bound for {name}: {limit.reason}. Above it the "
-            f"result can be wrong without diverging: use a smaller step, or leave time.step out to have one chosen."
-            for name, limit in exceeded
-        ]
-
     def _reset_warnings(self) -> None:
         self._energy = EnergyWatch(self._surroundings.neighbours is not None)
         self._end = EndWatch({name: e.ends_of_space for name, e in self.ensembles.items()})
-        self._step_watch = StepWatch(self.step_size)
+        self._step_watch = StepWatch()
         self._contact_warned = False
         self._new_warnings: list[str] = []
 
@@ -137,10 +119,11 @@ class Simulation(metaclass=Documented):
     def attach(self, cadence: Cadence, function: Callable[[Simulation], Any]) -> None:
         """Call ``function(simulation)`` at a cadence: ``wr.every(steps=…)`` or ``wr.every(time=…)``.
 
-        It is called at the start and after the first step that reaches its time. With steric forces it is called after
-        a block of steps, because a block may be repeated. Where rods take steps of their own, ``every(time=…)`` is
-        called at its times, and ``every(steps=…)`` at frames. The bits of the run do not change. The function may read
-        ensembles and call ``stop``.
+        It is called at the start and then, with ``every(time=…)``, at its times, or after the first step of a given
+        length that reaches them. With ``every(steps=…)`` it is called after steps, and where rods take steps of their
+        own, at frames. The bits of the run do not change. The function may read ensembles, set ``force`` in scenes
+        without contact and with ``time.step``, and call ``stop``; then it is not called again. Raises SceneError for
+        anything that is not a cadence and a function.
         """
         self._hooks.append(Hook.read("attach", (cadence, function)))
 
@@ -162,24 +145,25 @@ class Simulation(metaclass=Documented):
 
     @property
     def _between_frames(self) -> bool:
-        if self.own_steps:
+        if self.by_error:
             return self.now < self.frames.times[self.frame + 1]
         return self.steps_taken < self.frames.steps_to(self.frame + 1)
 
     @property
     def rod_steps(self) -> int:
-        """Steps of all rods since the start."""
+        """Steps of all rods since the start, those repeated included."""
         if self.own_steps:
-            return sum(int(e.steps_taken.sum()) for e in self.ensembles.values())
-        return self.steps_taken * self.rods
+            return sum(int(e.steps_taken.sum() + e.steps_rejected.sum()) for e in self.ensembles.values())
+        return (self.steps_taken + self.together.control.rejected) * self.rods
 
     @property
     def pace(self) -> str:
         """How long steps are, for the user."""
         count = f"{len(self.frames.times)} frames"
-        if not self.own_steps:
+        if not self.by_error:
             return f"Δt = {self.step_size:.3g}, {self.frames.steps_to(self.frames.last)} steps, {count}"
-        return f"steps chosen by their error for each rod, tolerance {self.tolerance:g}, {count}"
+        which = "for each rod" if self.own_steps else "for all rods together"
+        return f"steps chosen by their error {which}, tolerance {self.tolerance:g}, {count}"
 
     def _call_hooks(self) -> None:
         for hook in self._hooks:
@@ -187,37 +171,47 @@ class Simulation(metaclass=Documented):
 
     def to_next_frame(self) -> Iterator[int]:
         """Advance to the next frame; yields from time to time the number of steps taken towards it."""
-        if self.own_steps:
-            yield from self._to_next_frame_in_own_steps()
+        if self.by_error:
+            yield from self._to_next_frame_by_error()
             return
         target, before = self.frame + 1, self.steps_taken
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
-        for done in self.contact.advance(dt, steps):
+        for done in self.together.advance(dt, steps):
             self.steps_taken = before + done
             yield done
         self.frame = target
 
-    def _to_next_frame_in_own_steps(self) -> Iterator[int]:
+    def _to_next_frame_by_error(self) -> Iterator[int]:
         """Advance to the next frame, with a stop at each time at which a hook is due."""
         frame = float(self.frames.times[self.frame + 1])
         while self.now < frame:
             due = min((hook.next_time(self) for hook in self._hooks), default=frame)
-            for ensemble in self.ensembles.values():
-                ensemble.advance_to(min(due, frame), TOLERANCE_OF_A_STEP * self.tolerance)
-            self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
-            yield self.steps_taken
+            for _ in self._advance_to(min(due, frame)):
+                yield self.steps_taken
         self.frame += 1
+
+    def _advance_to(self, time: float) -> Iterator[float]:
+        """Advance to a time in steps chosen by error; yields the time reached from time to time."""
+        allowed = TOLERANCE_OF_A_STEP * self.tolerance
+        if self.own_steps:
+            for ensemble in self.ensembles.values():
+                ensemble.advance_by_error(time, allowed)
+            self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
+            yield time
+        else:
+            for reached in self.together.advance_to(time, allowed):
+                self.steps_taken = self.together.control.taken
+                yield reached
 
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state does not change."""
         before, hooks, self._hooks = self.state(), self._hooks, []
         self._surroundings.apply()
-        for ensemble in self.ensembles.values():
-            if self.own_steps:
-                ensemble.advance_to(1e-9 * self.scene.time.end, TOLERANCE_OF_A_STEP * self.tolerance)
-            else:
-                ensemble.advance(self.step_size)
+        if self.by_error:
+            exhaust(self._advance_to(1e-12 * self.scene.time.end))
+        else:
+            exhaust(self.together.advance(self.step_size, 1))
         self.variables()
         self.restore(before)
         self._hooks = hooks
@@ -235,12 +229,13 @@ class Simulation(metaclass=Documented):
         if not self._membrane_moves:
             self._new_warnings += self._energy.check(self.time, found)
         self._new_warnings += self._end.check(self.time, found)
-        self._new_warnings += self._step_watch.check(self.time, self.ensembles)
+        if not self.by_error:
+            self._new_warnings += self._step_watch.check(self.ensembles)
         return found
 
     def new_warnings(self) -> list[str]:
         """Warnings about the results since the last call."""
-        if self.contact.unresolved and not self._contact_warned:
+        if self.together.unresolved and not self._contact_warned:
             self._contact_warned = True
             self._new_warnings.append(
                 f"by t = {self.time:g} nodes moved by more than {LARGEST_MOVE:g} of the steric core even in the "
@@ -267,7 +262,7 @@ class Simulation(metaclass=Documented):
     def state(self) -> dict[str, np.ndarray]:
         """Everything that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        return {**arrays, "frame": np.array(self.frame), "substeps": np.array(self.contact.substeps)}
+        return {**arrays, "frame": np.array(self.frame), "steps": self.together.state()}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Return to a ``state`` of the same scene; the next steps have the same bits.
@@ -283,8 +278,8 @@ class Simulation(metaclass=Documented):
         arguments.whole("state['frame']", state.get("frame"), 0)
         for name, ensemble in self.ensembles.items():
             ensemble.restore(parts[name])
-        self._surroundings.rebuild_lists()
-        self.contact.substeps = int(state.get("substeps", 1))
+        self._surroundings.keep()
+        self.together.restore(state["steps"])
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
             raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
@@ -293,6 +288,8 @@ class Simulation(metaclass=Documented):
         self.steps_taken = self.frames.steps_to(self.frame)
         if self.own_steps:
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
+        elif self.by_error:
+            self.steps_taken = self.together.control.taken
         for hook in self._hooks:
             hook.skip_past(self)
 

@@ -197,18 +197,23 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
-    if simulation.contact.finest > 1:
-        report.note(f"contact: steps were cut into {simulation.contact.finest} at times")
+    if simulation.together.finest > 1:
+        report.note(f"contact: steps were cut into {simulation.together.finest} at times")
     if simulation.stopped is not None:
         report.note(f"stopped at t = {simulation.time:g}: {simulation.stopped}")
-    if simulation.own_steps:
-        report.note(_steps_of_their_own(simulation))
+    if simulation.by_error:
+        report.note(_steps_by_error(simulation))
     return simulation.rod_steps - first
 
 
-def _steps_of_their_own(simulation: Simulation) -> str:
+def _steps_by_error(simulation: Simulation) -> str:
+    if not simulation.own_steps:
+        control = simulation.together.control
+        return f"{control.taken} steps; {control.rejected} more were repeated shorter"
     taken, rejected = (np.concatenate([getattr(e, name) for e in simulation.ensembles.values()]) for name in STEPS)
-    return f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} were repeated shorter"
+    return (
+        f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} more were repeated shorter"
+    )
 
 
 @contextlib.contextmanager
@@ -245,7 +250,7 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "title": scene.title,
         "seed": scene.seed,
         "device": str(simulation.device),
-        "step": "chosen by error" if simulation.own_steps else simulation.step_size,
+        "step": "chosen by error" if simulation.by_error else simulation.step_size,
         "units": f"length {scene.units.length}" if scene.units else "dimensionless",
         "scene_hash": scene.hash(),
     }

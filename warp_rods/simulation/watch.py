@@ -76,23 +76,16 @@ class EndWatch:
 
 
 class StepWatch:
-    """Checks that the step is below the bound where filaments are, which may be on sharper bends than at the start."""
+    """Checks the errors of steps of a given length."""
 
-    def __init__(self, step: float):
-        self._step, self._warned = step, set[str]()
+    def __init__(self) -> None:
+        self._warned = set[str]()
 
-    def check(self, time: float, ensembles: Mapping[str, Ensemble]) -> list[str]:
-        """Warnings for ensembles of which a filament has come to a place with a bound below the step."""
+    def check(self, ensembles: Mapping[str, Ensemble]) -> list[str]:
+        """Warnings for ensembles whose steps have a large error."""
         lines = []
         for name, rods in ensembles.items():
-            if name in self._warned:
-                continue
-            bounds = np.where(rods.status == 0, rods.present_limits, np.inf)
-            rod = int(np.argmin(bounds))
-            if bounds[rod] < self._step:
+            if name not in self._warned and (line := rods.error_report()):
                 self._warned.add(name)
-                lines.append(
-                    f"at t = {time:g} the step {self._step:.3g} is above {bounds[rod]:.3g}, the bound for rod {rod} of "
-                    f"{name} where it is now: the result can be wrong without diverging; use time.step below that"
-                )
+                lines.append(f"{name}: {line} (leave time.step out)")
         return lines

@@ -112,18 +112,21 @@ def start(swimmer: Swimmer, strain: Any, activity: Any) -> FixedShape:
 
 
 def settled(
-    swimmer: Swimmer, shape: Any = None, flagella: Any = "tanh", time: float = 10.0, step: float = 1e-3
+    swimmer: Swimmer, shape: Any = None, flagella: Any = "tanh", time: float = 10.0, step: float | None = None
 ) -> FixedShape:
     """The fixed shape that a swimmer reaches: a simulation of duration ``time``, then Newton's method.
 
-    shape, flagella: initial shape and profile as ``FreeRods`` takes them. Raises ArithmeticError where the simulation
-    ends far from any fixed shape.
+    shape, flagella: initial shape and profile as ``FreeRods`` takes them. step: Δt; chosen by error if left out. Raises
+    ArithmeticError where the simulation ends far from any fixed shape.
     """
     profile = flagella if swimmer.held is None else np.array(swimmer.held)
     given: dict[str, Any] = dict(swimmer.parameters)
     field = Flagella(given.pop("relaxation"), given.pop("diffusion"), profile, law=swimmer.law)
     rods = FreeRods(1, swimmer.nodes, shape=shape, flagella=field, symmetric=swimmer.symmetric, device="cpu", **given)
-    rods.step(step, round(time / step))
+    if step is None:
+        rods.advance_to(time)
+    else:
+        rods.step(step, round(time / step))
     if failures := rods.failures():
         raise ArithmeticError(f"the swimmer {failures[0][2]} at time {failures[0][1]:g}: take a smaller step")
     return at_rest(start(swimmer, rods.strain[0], rods.activity[0]))

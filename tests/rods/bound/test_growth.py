@@ -73,17 +73,17 @@ def test_a_clamped_end_does_not_move_by_a_bit(ends, node):
 
 
 def test_the_drift_of_a_second_clamped_end_decreases_with_the_step():
-    """The last end is clamped through its velocities; its drift vanishes with Δt and is small compared with bending."""
+    """The last end is clamped through its velocities; its drift vanishes with Δt and Δs, and bending is much larger."""
     drifts = []
-    for step in (4e-4, 1e-4):
-        rods = on_torus(65, ends=("clamped", "clamped"))
+    for nodes, step in ((33, 4e-4), (65, 1e-4)):
+        rods = on_torus(nodes, ends=("clamped", "clamped"))
         start = rods.position[0]
         rods.force = np.array([0.0, 0.0, 5.0])
         rods.step(step, round(0.1 / step))
         moved = np.linalg.norm(rods.position[0] - start, axis=-1)
         drifts.append(moved[-1])
     assert drifts[0] / drifts[1] > 3
-    assert drifts[1] < 5e-5 and moved.max() > 10 * drifts[1]
+    assert drifts[1] < 1e-5 and moved.max() > 50 * drifts[1]
 
 
 def balance(nodes: int, **changes) -> float:

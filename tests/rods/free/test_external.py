@@ -1,9 +1,11 @@
 """External forces of free rods that a function gives: readings have no side effects, and force is the present one."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import warp as wp
-from examples.free import in_space
+from examples.free import in_space, slope
 
 from warp_rods.errors import SceneError
 
@@ -27,6 +29,53 @@ def make(request, device):
 
 def expected(rods) -> np.ndarray:
     return function(rods.time, rods.position, None)
+
+
+@wp.func
+def smooth_field(x: wp.vec3d, tangent: wp.vec3d, t: wp.float64):
+    three = wp.float64(3.0)
+    return wp.vec3d(wp.sin(three * x[1] - t), wp.cos(wp.float64(5.0) * t) - x[1] * x[2], tangent[0] * x[0])
+
+
+def smooth_function(t, x, R):
+    first, second, third = np.moveaxis(x, -1, 0)
+    return np.stack([np.sin(3 * second - t), np.cos(5 * t) - second * third, R[..., 0, 0] * first], axis=-1)
+
+
+def rough_strain(nodes: int) -> np.ndarray:
+    """A start with eight random waves in each strain, which relax at rates from 1 to 1e3."""
+    s = np.linspace(-0.5, 0.5, nodes)
+    rng = np.random.default_rng(4)
+    waves = np.cos(np.pi * np.outer(np.arange(8), s) + rng.uniform(0, 6, (8, 1)))
+    return ((1 - 4 * s**2) ** 2 * (rng.normal(size=(3, 8)) @ waves)).T
+
+
+@pytest.mark.parametrize("shape", [None, rough_strain(33)], ids=["smooth", "rough"])
+@pytest.mark.parametrize("external", [smooth_field, smooth_function], ids=["kernel", "python"])
+def test_second_order_under_a_force_of_place_and_time(device, external, shape):
+    given = {} if shape is None else {"shape": shape}
+    steps, runs = np.array([200, 400, 800, 1600]), []
+    for count in steps:
+        rods = in_space(device, 33, external=external, **given)
+        rods.step(0.2 / count, int(count))
+        runs.append(rods.variables())
+    for name in ("position", "orientation", "strain"):
+        errors = [abs(b[name] - a[name]).max() for a, b in pairwise(runs)]
+        assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.2), name
+
+
+def test_a_function_is_evaluated_at_the_end_of_the_step(device):
+    """Once a step, at the time of its end; the first step is divided."""
+    times = []
+
+    def push(t, x, R):
+        times.append(t)
+        return np.full_like(x, t)
+
+    rods = in_space(device, 33, external=push)
+    rods.step(0.1)
+    lengths = np.array([1, *2.0 ** np.arange(10)]) / 2**10 * 0.1
+    np.testing.assert_allclose(times, np.cumsum(lengths), rtol=1e-12)
 
 
 def test_readings_have_no_side_effects(make):

@@ -48,6 +48,29 @@ def test_equal_steps_approach_the_same_motion(device, kind):
     assert errors[1] < 1e-4 and errors[0] / errors[1] == pytest.approx(4, abs=0.8)
 
 
+@pytest.mark.parametrize("bend", [2.5e-4, 1e-3])
+@pytest.mark.parametrize("ratio", [100, 1000])
+@pytest.mark.parametrize("rotational_drag", [1e-2, 3e-2])
+def test_stiffness_in_twist_does_not_shorten_the_steps(device, bend, ratio, rotational_drag):
+    """Steps by error: at most twice those of a rod that is as stiff in twist as in bending. Fixed steps are right, too.
+
+    A change of twist moves the rod across, which spreads twist by c |k|²/η; (c/ηr) is less where |k|² ηr > η.
+    """
+
+    def rod(twist):
+        given = {"bend": bend, "twist": twist, "moment": 2e-2, "rotational_drag": rotational_drag, "shape": WRITHE}
+        return FreeRods(1, 65, **given, device=device)
+
+    stiff, soft = to(1.0, 1e-5, rod(ratio * bend)), to(1.0, 1e-5, rod(bend))
+    assert stiff.steps_taken[0] < 2 * soft.steps_taken[0]
+    assert stiff.steps_rejected[0] < 0.2 * stiff.steps_taken[0]
+    exact = to(1.0, 1e-8, rod(ratio * bend)).position
+    fixed = rod(ratio * bend)
+    fixed.step(1e-3, 1000)
+    assert abs(fixed.position - exact).max() < 2e-4
+    assert abs(stiff.position - exact).max() < 3e-4
+
+
 def test_soft_rods_take_more_steps_than_stiff_ones(device):
     made = to(2.0, 1e-6, rods(device, **KINDS["planar"]))
     taken = made.steps_taken

@@ -45,6 +45,7 @@ class Arrays:
     weights: wp.array  # from turns to velocities
     normal_shear: wp.array
     output: dict[str, wp.array]
+    contact_stiffness: wp.array | None = None  # K [rod, node], where there is contact
 
 
 def allocate(
@@ -116,6 +117,7 @@ def _filaments(
         setattr(f, name, per_node(*shape, wp.vec3d, device))
     for name in SCALARS:
         setattr(f, name, per_node(*shape, wp.float64, device))
+    f.contact_drag = constant_zero(*shape, wp.vec3d, device)
     f.membrane_moves = int(membrane_moves)
     for name in ("normal_velocity", "normal_velocity_slope"):
         setattr(f, name, (per_node if membrane_moves else constant_zero)(*shape, wp.float64, device))
@@ -134,9 +136,18 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
-    past.position, past.curvature = per_node(rods, nodes, wp.vec3d, device), per_node(rods, nodes, wp.vec3d, device)
-    past.rotation, past.unfit = per_node(rods, nodes, wp.mat33d, device), per_node(rods, 2, wp.int32, device)
+    past.foretold, past.foretold_at = constant_zero(rods, nodes, wp.vec3d, device), per_rod(rods, device=device)
     return past
+
+
+def allocate_contact(arrays: Arrays) -> None:
+    """Arrays by which a step treats contact as drag."""
+    f, past = arrays.f, arrays.past
+    rods, nodes = f.geodesic.shape
+    arrays.contact_stiffness = per_node(rods, nodes, wp.mat33d, f.geodesic.device)
+    f.contact_drag = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
+    past.foretold = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
+    past.foretold.assign(f.position)
 
 
 def _plan(rods: int, nodes: int, device: Any) -> Any:
@@ -148,6 +159,11 @@ def _plan(rods: int, nodes: int, device: Any) -> Any:
     for name in ("geodesic_slope", "turn"):
         setattr(plan, name, per_node(rods, nodes, wp.float64, device))
     plan.unfit = wp.zeros((rods, 2), dtype=wp.int32, device=device)
+    plan.status = per_rod(rods, wp.int32, device)
+    for name in ("angle", "error", "lower", "higher"):
+        setattr(plan, name, per_rod(rods, wp.float64, device))
+    for name in ("velocity", "angular_velocity"):
+        setattr(plan, name, per_rod(rods, wp.vec3d, device))
     return plan
 
 
@@ -167,6 +183,7 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         weights=a.weights[rods],
         normal_shear=a.normal_shear[rods],
         output={name: array[rods] for name, array in a.output.items()},
+        contact_stiffness=None if a.contact_stiffness is None else a.contact_stiffness[rods],
     )
 
 

@@ -8,10 +8,10 @@ import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
-from warp_rods.kernels.bound import angles, energy, frames, levels, linear_systems, load, rod
+from warp_rods.kernels.bound import angles, contact, energy, frames, levels, linear_systems, load, rod, step
 from warp_rods.kernels.layout import per_rod
 from warp_rods.membranes.surface import Surface, ends_of
-from warp_rods.rods.bound.arrays import ENDS, Arrays, slice_arrays
+from warp_rods.rods.bound.arrays import ENDS, Arrays, allocate_contact, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
@@ -30,17 +30,20 @@ class BoundLaunches:
         self._ends = tuple(wp.vec3d(*corner) for corner in ends_of(surface))
         self._surface = frames.on_surface(surface.field)
         self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
+        self._target = per_rod(3, device=self.device)
+        self._record()
+
+    def _record(self) -> None:
         self.version = object()
         parts = self._slices()
-        self._target = per_rod(3, device=self.device)
         self._predict = RecordedInThreads([partial(self._launch_predict, a) for a in parts], self.device)
-        self._correct = RecordedInThreads([partial(self._launch_correct, a) for a in parts], self.device)
+        self._try = RecordedInThreads([partial(self._launch_try, a) for a in parts], self.device)
+        self._accept = RecordedInThreads([partial(self._launch_accept, a) for a in parts], self.device)
         self._behind = [per_rod(1, wp.int32, self.device) for _ in parts]
         own = [partial(self._launch_own_step, *pair) for pair in zip(parts, self._behind, strict=True)]
         self._own_step = RecordedInThreads(own, self.device)
         self._show = Recorded(self._launch_show, self.device)
-        self._tick = Recorded(clock.launch_tick, self.device)
-        self.evaluate = Recorded(partial(self._launch_evaluate, arrays), self.device)
+        self.evaluate = Recorded(self._launch_shown, self.device)
         self.find_output = Recorded(self._launch_output, self.device)
 
     def _slices(self) -> list[Arrays]:
@@ -51,7 +54,12 @@ class BoundLaunches:
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
-        return self._correct.threads
+        return self._try.threads
+
+    def enable_contact(self) -> None:
+        """Allocate what contact needs."""
+        allocate_contact(self.arrays)
+        self._record()
 
     def _launch(self, kernel, dim, *inputs) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
@@ -75,10 +83,13 @@ class BoundLaunches:
         self.set_membrane_time(end)
         self._predict()
 
-    def correct(self) -> None:
-        """Finish the step, under the forces at the extrapolated state."""
-        self._correct()
-        self._tick()
+    def try_step(self) -> None:
+        """Find the result of the step and its error, under the forces at the extrapolated state."""
+        self._try()
+
+    def accept(self) -> None:
+        """Make the result the present state."""
+        self._accept()
 
     def advance_past(self, time: float, tolerance: float, unit: float) -> None:
         """Steps of every rod that is not frozen until it reaches ``time``; ``show`` then finds its state."""
@@ -87,7 +98,7 @@ class BoundLaunches:
 
     def show(self, time: float) -> None:
         """Find the state at this time within the last step of each rod; infinity: at its end."""
-        self.set_membrane_time(self.clock.time)
+        self.set_membrane_time(min(time, self.clock.reached))
         self._target.assign([time, 0.0, 0.0])
         self._show()
 
@@ -120,22 +131,40 @@ class BoundLaunches:
         self._launch(levels.reset, 1, behind)
         self._launch(levels.choose_own_steps, count, a.f, a.pace, self._target, behind)
         self._launch_extrapolate(a)
-        self._launch_correct(a)
+        self._launch_try(a)
+        self._launch(step.repeat_or_accept, count, a.f, a.past, a.pace, a.plan, self._target)
+        self._launch_accept(a)
+        self._launch(step.choose_next_steps, count, a.f, a.pace, a.plan, self._target)
 
     def _launch_rebuild(self, a: Arrays) -> None:
         count = a.f.geodesic.shape[0]
         self._launch(self._surface.rebuild, (count, 2), a.f, a.plan, self._parameters, a.f.tracked, *self._ends)
 
-    def _launch_correct(self, a: Arrays) -> None:
+    def _launch_try(self, a: Arrays) -> None:
+        if a.contact_stiffness is not None:
+            grid = a.f.geodesic.shape
+            self._launch(contact.set_contact_drag, grid, a.f, a.past, a.plan, a.contact_stiffness)
         self._launch_evaluate(a)
         f, plan, count, grid = a.f, a.plan, a.f.geodesic.shape[0], a.f.geodesic.shape
         self._launch(angles.find_turn_to_velocity, grid, f, a.weights)
         self._launch(angles.set_angle_rows, grid, f, plan.rate, a.weights, *a.bands)
         slopes = (plan.geodesic_slope, plan.turn_slope)
-        self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.turn)
+        self._launch(angles.set_angle_rhs, count, f, f.geodesic_rate, *slopes, plan.rate, plan.turn)
         self._launch(solve_pentadiagonal, count, *a.bands, plan.turn, a.work_pairs, plan.turn)
-        state = (f, a.past, a.pace, plan, a.weights, self._target, self._parameters)
-        self._launch(self._surface.correct, count, *state)
+        self._launch(step.judge, count, f, a.past, a.pace, plan, a.weights)
+
+    def _launch_accept(self, a: Arrays) -> None:
+        count, grid = a.f.geodesic.shape[0], a.f.geodesic.shape
+        self._launch(self._surface.take, count, a.f, a.past, a.pace, a.plan, self._parameters)
+        if a.contact_stiffness is not None:
+            self._launch(contact.keep_foretold, grid, a.f, a.past)
+            self._launch(contact.keep_time_foretold, count, a.f, a.past, a.plan)
+
+    def _launch_shown(self) -> None:
+        """Velocities and rates of the state shown. The drag of contact belongs to steps."""
+        if self.arrays.contact_stiffness is not None:
+            self.arrays.f.contact_drag.zero_()
+        self._launch_evaluate(self.arrays)
 
     def _launch_show(self) -> None:
         a = self.arrays

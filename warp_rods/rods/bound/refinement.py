@@ -25,5 +25,7 @@ def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> di
     s_coarse, s_fine = np.linspace(0.0, 1.0, nodes), np.linspace(0.0, 1.0, 2 * nodes - 1)
     for name in GEODESIC:
         fine[name] = CubicSpline(s_coarse, state[name], axis=1)(s_fine)
-    fine["force"] = interp1d(s_coarse, state["force"], axis=1)(s_fine)
+    for name in ("force", "force_previous", "foretold"):
+        if name in state:
+            fine[name] = interp1d(s_coarse, state[name], axis=1)(s_fine)
     return fine

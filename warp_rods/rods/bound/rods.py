@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +10,6 @@ import warp as wp
 
 from warp_rods import arguments
 from warp_rods.device import exclusive
-from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
@@ -21,8 +19,8 @@ from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.pace import PACE
-from warp_rods.rods.step_limits import StepLimit, membrane_limit, node_limit
+from warp_rods.rods.modes import beam_root
+from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -134,66 +132,81 @@ class BoundRods(BoundReadings, Ensemble):
         for name in ("rotation", "position"):
             getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
         pace = self._arrays.pace
-        pace.step.assign(FIRST_STEP * self.drag[:, 1] * self.length**4 / self.stiffness[:, 2])
+        pace.step.assign(FIRST_STEP * self._bending_times)
         pace.highest_order.fill_(HIGHEST_ORDER)
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
     def prepare_step(self, dt: float) -> None:
-        """Refine rods whose spacing would become too large, and set the membrane to the present time."""
-        if self.largest_spacing < np.inf:
-            while (
-                growth_tables.length_at(self.growth, self.time + dt) / (self.nodes - 1) > self.largest_spacing
-            ).any():
-                self.refine()
+        """Refine rods whose spacing would become too large in a step."""
         self._shown = np.inf
+        if self.largest_spacing < np.inf:
+            end = self.reached + dt
+            while (growth_tables.length_at(self.growth, end) / (self.nodes - 1) > self.largest_spacing).any():
+                self.refine()
 
     def predict_step(self) -> None:
         """Launch what puts the rods at the extrapolated state at the end of the step."""
-        self._launches.predict(self.time + self._clock.step)
+        self._launches.predict(self.reached + self._clock.step)
 
-    def take_step(self) -> None:
-        """Launch the rest of a step of the length given to ``set_step``."""
-        self._launches.correct()
+    def try_step(self) -> None:
+        """Launch the rest of a step: its result and its error."""
+        self._launches.try_step()
+
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of L Ω over 1 + L Ω, the angle, and the place over L; infinite: not valid."""
+        with exclusive:
+            return to_host(self._arrays.plan.error)
+
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state."""
+        self._launches.accept()
+        self._shown = np.inf
 
     @property
     def has_own_steps(self) -> bool:
         """True for rods on a membrane at rest that are never refined."""
         return self.largest_spacing == np.inf and not self.surface.moving
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``."""
+        self._launches.advance_past(time, allowed, time)
 
-        tolerance: allowed error of a step: root mean square of that of L Ω over 1 + L Ω, angle, and position over L.
-        """
-        if not self.has_own_steps:
-            raise SceneError("advance_to: rods on a moving membrane, or refined, take equal steps; use step")
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
         with exclusive:
-            self._launches.advance_past(time, tolerance, 0.0)
-            self._clock.time = time
-            self._shown = time
+            self.show()
+            wp.copy(self._past.now, self._f.geodesic)
+            for name in ("rotation", "position"):
+                getattr(self._past, name).assign(getattr(self._f, name).numpy()[:, self.tracked])
+            restart_pace(self._arrays.pace, self.time)
+            if self._arrays.contact_stiffness is not None:
+                self._past.foretold.assign(self._f.position)
+                self._past.foretold_at.fill_(self.time)
 
     @property
-    def steps_taken(self) -> np.ndarray:
-        """Steps that each rod has taken [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.taken)
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device."""
+        return self._arrays.pace
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        super().show_at(time)
+        self._shown = time
 
     @property
-    def steps_rejected(self) -> np.ndarray:
-        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.rejected)
-
-    @functools.cached_property
-    def step_limit(self) -> StepLimit:  # type: ignore[override]
-        """The largest stable step on the surface as it was at the first call, and the formula that gives it."""
-        return membrane_limit(self.surface.at(self.time), self)
+    def _bending_times(self) -> np.ndarray:
+        return self.drag[:, 1] * self.length**4 / self.stiffness[:, 2]
 
     @property
-    def present_limits(self) -> np.ndarray:
-        """The bound on the step of each filament, from the curvature of the surface where it is now [rod]."""
-        return node_limit(self.curvature, self)
+    def natural_time(self) -> float:
+        """The shortest relaxation time of the first bending mode in the surface, L⁴ζ⊥/501 B3."""
+        return float(self._bending_times.min()) / beam_root(0) ** 4
+
+    @property
+    def first_step(self) -> float:
+        """The shortest first step that the rods try."""
+        return FIRST_STEP * float(self._bending_times.min())
 
     @property
     def ends_of_space(self) -> tuple[np.ndarray, np.ndarray]:
@@ -201,25 +214,19 @@ class BoundRods(BoundReadings, Ensemble):
         return ends_of(self.surface)
 
     @property
-    def recordable(self) -> bool:
-        """False if a step may refine the rods, the membrane moves, or threads share a step."""
-        return self.largest_spacing == np.inf and not self.surface.moving and self._launches.threads == 1
-
-    @property
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self._launches.threads
-
-    @property
-    def version(self) -> object:
-        """An object that is replaced when device arrays are."""
-        return self._launches.version
 
     def refine(self) -> None:
         """Insert a node between any two adjacent nodes; the order of the next steps does not suffer."""
         state = refined_state(self.state(), self.largest_spacing)
         self._refined = True
         self.restore(state)
+        if self._arrays.contact_stiffness is not None:
+            with exclusive:
+                self._past.foretold.assign(self._f.position)
+                self._past.foretold_at.fill_(self.reached)
 
     # --- contact -----------------------------------------------------------------------------------------
 
@@ -232,6 +239,15 @@ class BoundRods(BoundReadings, Ensemble):
     def force_array(self) -> wp.array:
         """External force per length on the device [rod, node], in space."""
         return self._f.force
+
+    @property
+    def contact_stiffness_array(self) -> wp.array:
+        """Stiffness of contact per length [rod, node] (3, 3), in space, on the device; allocated by the first call."""
+        if self._arrays.contact_stiffness is None:
+            with exclusive:
+                self._launches.enable_contact()
+        assert self._arrays.contact_stiffness is not None
+        return self._arrays.contact_stiffness
 
     @property
     def spacing_array(self) -> wp.array:
@@ -259,7 +275,9 @@ class BoundRods(BoundReadings, Ensemble):
         """Every device array that the next step depends on."""
         arrays = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
-        return arrays | {"status": self._f.status, "force": self._f.force}
+        if self._arrays.contact_stiffness is not None:
+            arrays |= {"foretold": self._past.foretold, "foretold_at": self._past.foretold_at}
+        return arrays | {"status": self._f.status}
 
     def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
         """The number of nodes in a state, which refinement may have changed."""
@@ -277,8 +295,11 @@ class BoundRods(BoundReadings, Ensemble):
         """Allocate arrays for the number of nodes in the state, which refinement may have changed."""
         nodes = state["now"].shape[1]
         if nodes != self.nodes:
+            in_contact = self._arrays.contact_stiffness is not None
             self._nodes = nodes
             self._allocate()
+            if in_contact:
+                self._launches.enable_contact()
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""

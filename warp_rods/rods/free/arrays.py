@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.kernels.free.output import Output
-from warp_rods.kernels.free.state import Balance, ExternalForce, Midpoint, Past, Shape, Swimmers
+from warp_rods.kernels.free.state import Balance, Contact, Load, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import Pace
@@ -30,17 +30,28 @@ PARAMETERS = {
 SHAPE = ("bending", "twist", "activity")
 PAST = ("first", "second", "third", "fourth")
 BALANCE = (
-    *("axial_source", "transverse_source", "tension", "axial_velocity", "transverse_velocity", "angular_velocity"),
-    *("twist_source", "bishop_roll_rate", "lower2", "lower", "diagonal", "upper", "upper2"),
-    *("rhs", "rhs_pairs", "work", "work_pairs", "work_quadruples"),
-    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+    *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
+    *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
+    *("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "rhs_pairs", "work", "work_pairs"),
+    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+    *("work_block", "work_block2"),
 )
+LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
+TRIAL = {
+    **dict.fromkeys(("end", "rate", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("order", "status"), wp.int32),
+    **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
+}
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "rhs_pairs", "work_pairs"),
-    "bending_rate",
-    *(f"complex_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+    *("bending_rate", "transverse_force"),
 }
-"""Fields with two components across the rod; all others are scalars."""
+"""Fields with two components across the rod."""
+BLOCKS = {
+    *("transverse_drag", "transverse_mobility", "work_block", "work_block2"),
+    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
+}
+"""Fields of matrices between these components; all others are scalars."""
 
 
 @dataclass
@@ -55,8 +66,9 @@ class Arrays:
     shown: Any  # Shape: that of the present time
     shown_midpoint: Any  # Midpoint: the frame of the present time; its rates are not used
     failed_at: wp.array
-    external: Any  # ExternalForce
-    star: Any  # Shape: x*, workspace
+    contact: Any  # Contact
+    trial: Any  # Trial: the step that is tried
+    star: Any  # Shape: x*, then the shape at the end of that step
     slope: Any  # Shape: Σ d_j x_j, workspace
     step_balance: Any  # Balance of a step, workspace
     balance: Any  # Balance of the present shape, for output
@@ -68,6 +80,11 @@ class Arrays:
     orientation: wp.array
     spacing: wp.array
     force: wp.array | None = None  # external force in space; None until one is used
+
+    @property
+    def stiffness(self) -> wp.array | None:
+        """K of contact; None until it is used."""
+        return self.contact.stiffness if self.contact.present else None
 
 
 def allocate(
@@ -89,8 +106,6 @@ def allocate(
     rods.status = per_rod(count, wp.int32, device)
     rods.spacing = 1.0 / (nodes - 1)
     rods.symmetric = int(symmetric)
-    external = ExternalForce()
-    external.now = external.previous = constant_zero(*shape, wp.vec3d, device)
     return Arrays(
         rods=rods,
         now=_shape(per_node, *shape, device),
@@ -100,11 +115,12 @@ def allocate(
         shown=_shape(per_node, *shape, device),
         shown_midpoint=_midpoint(count, device),
         failed_at=per_rod(count, device=device),
-        external=external,
-        star=_shape(workspace, *shape, device),
+        contact=_contact(*shape, device),
+        trial=_trial(count, device),
+        star=_shape(per_node, *shape, device),
         slope=_shape(workspace, *shape, device),
-        step_balance=_balance(workspace, *shape, workspace(*shape, wp.vec3d, device), device),
-        balance=_balance(per_node, *shape, external.now, device),
+        step_balance=_balance(workspace, *shape, _load(*shape, device), device),
+        balance=_balance(per_node, *shape, _load(*shape, device), device),
         output=_output(*shape, device),
         position=per_node(*shape, wp.vec3d, device),
         rotation=per_node(*shape, wp.mat33d, device),
@@ -117,10 +133,21 @@ def allocate(
 
 def allocate_force(arrays: Arrays) -> None:
     """Arrays of zeros for external forces, in place of the constant zero that a rod without forces reads."""
-    shape = (*arrays.position.shape, wp.vec3d, arrays.position.device)
-    arrays.force = per_node(*shape)
-    arrays.external.now, arrays.external.previous = per_node(*shape), per_node(*shape)
-    arrays.balance.force = arrays.external.now
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.force = per_node(rods, nodes, wp.vec3d, device)
+    arrays.rods.forced = 1
+    for balance in (arrays.step_balance, arrays.balance):
+        balance.load = _load(rods, nodes, device, forced=True)
+
+
+def allocate_contact(arrays: Arrays) -> None:
+    """Arrays of zeros for contact as drag; those for external forces must be there."""
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.contact = _contact(rods, nodes, device, present=True)
+    load = arrays.step_balance.load
+    for name in ("axial_drag", "transverse_drag"):
+        setattr(load, name, per_node(rods, nodes, _dtype(name), device))
+    arrays.step_balance.load = load
 
 
 def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
@@ -137,10 +164,11 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         shown=slice_struct(Shape, a.shown, rods),
         shown_midpoint=slice_struct(Midpoint, a.shown_midpoint, rods),
         failed_at=a.failed_at[rods],
-        external=slice_struct(ExternalForce, a.external, rods),
-        star=_shape(workspace, count, nodes, device),
+        contact=slice_struct(Contact, a.contact, rods),
+        trial=slice_struct(Trial, a.trial, rods),
+        star=slice_struct(Shape, a.star, rods),
         slope=_shape(workspace, count, nodes, device),
-        step_balance=_balance(workspace, count, nodes, workspace(count, nodes, wp.vec3d, device), device),
+        step_balance=_balance(workspace, count, nodes, slice_struct(Load, a.step_balance.load, rods), device),
         balance=slice_struct(Balance, a.balance, rods),
         output=slice_struct(Output, a.output, rods),
         position=a.position[rods],
@@ -160,9 +188,33 @@ def _shape(make: Any, rods: int, nodes: int, device: Any) -> Any:
     return shape
 
 
-def _balance(make: Any, rods: int, nodes: int, force: wp.array, device: Any) -> Any:
+def _load(rods: int, nodes: int, device: Any, forced: bool = False) -> Any:
+    load = Load()
+    for name in LOAD:
+        make = per_node if forced and name.endswith("_force") else constant_zero
+        setattr(load, name, make(rods, nodes, _dtype(name), device))
+    return load
+
+
+def _contact(rods: int, nodes: int, device: Any, present: bool = False) -> Any:
+    contact = Contact()
+    contact.present, make = int(present), per_node if present else constant_zero
+    contact.stiffness = make(rods, nodes, wp.mat33d, device)
+    for name in ("velocity", "velocity_tried"):
+        setattr(contact, name, make(rods, nodes, wp.vec3d, device))
+    return contact
+
+
+def _trial(rods: int, device: Any) -> Any:
+    trial = Trial()
+    for name, dtype in TRIAL.items():
+        setattr(trial, name, per_rod(rods, dtype, device))
+    return trial
+
+
+def _balance(make: Any, rods: int, nodes: int, load: Any, device: Any) -> Any:
     balance = Balance()
-    balance.force = force
+    balance.load = load
     for name in BALANCE:
         setattr(balance, name, make(rods, nodes, _dtype(name), device))
     return balance
@@ -199,6 +251,6 @@ def _midpoint(rods: int, device: Any) -> Any:
 
 
 def _dtype(name: str) -> Any:
-    if name == "work_quadruples":
-        return wp.vec4d
+    if name in BLOCKS:
+        return wp.mat22d
     return wp.vec2d if name in PAIRS else wp.float64

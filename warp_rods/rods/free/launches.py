@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rods.kernels.free import motion, output
+from warp_rods.kernels.free import equal_steps, load, output, own_steps
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.lie import integrate_frames
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.free.arrays import Arrays, allocate_force, slice_arrays
+from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, slice_arrays
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
 
 
 class FreeLaunches:
-    """The sequences ``advance``, ``find_frames``, ``find_output`` and ``find_material_frame`` of an ensemble.
+    """The sequences ``predict``, ``try_step``, ``accept``, ``reject``, ``advance_past`` of steps, and those of output.
 
-    Without external forces a step needs no frames in space and computes none. After ``enable_forces`` a step uses
-    the present frames and ``force`` [rod, node], in space, and computes the frames at its end.
+    Without external forces a step needs no frames in space and computes none. After ``enable_forces`` it extrapolates
+    the frames to its end and takes ``force`` [rod, node], in space, there; after ``enable_contact`` also the stiffness.
     """
 
     def __init__(self, arrays: Arrays, clock: Clock):
@@ -34,20 +34,30 @@ class FreeLaunches:
         self._record()
 
     def enable_forces(self, field: Any = None) -> None:
-        """Allocate external forces. A ``field`` kernel, if given, evaluates them before each step."""
+        """Allocate external forces. A ``field`` kernel, if given, evaluates them in each step."""
         allocate_force(self.arrays)
         self._field = field
         self._record()
         self.find_frames()
 
+    def enable_contact(self) -> None:
+        """Allocate the stiffness of contact; external forces must be enabled."""
+        allocate_contact(self.arrays)
+        self._record()
+
     def _record(self) -> None:
-        self.version = object()
-        self._advance = RecordedInThreads([partial(self._launch_advance, a) for a in self._slices()], self.device)
-        parts = [partial(self._launch_advance_past, a) for a in self._slices()]
-        self._advance_past = RecordedInThreads(parts, self.device)
-        self._tick = Recorded(self.clock.launch_tick, self.device)
+        parts = self._slices()
+
+        def in_threads(launch: Any) -> RecordedInThreads:
+            return RecordedInThreads([partial(launch, a) for a in parts], self.device)
+
+        self.predict = in_threads(self._launch_predict)
+        self.try_step = in_threads(self._launch_try)
+        self._accept = in_threads(self._launch_accept)
+        self._advance_past = in_threads(self._launch_advance_past)
+        self.reject = Recorded(self._launch_reject, self.device)
         self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
-        self.find_force = Recorded(partial(self._launch_force, self.arrays), self.device)
+        self.find_force = Recorded(partial(self._launch_present_force, self.arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
         self.find_material_frame = Recorded(self._launch_material_frame, self.device)
 
@@ -59,12 +69,11 @@ class FreeLaunches:
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
-        return self._advance.threads
+        return self.try_step.threads
 
-    def advance(self) -> None:
-        """One step of every rod that is not frozen."""
-        self._advance()
-        self._tick()
+    def accept(self) -> None:
+        """Make the result of the step tried the present state of every rod that is not frozen."""
+        self._accept()
 
     def advance_past(self, time: float, tolerance: float, unit: float) -> None:
         """Steps of every rod that is not frozen until it reaches ``time``; output is then that of ``time``."""
@@ -78,31 +87,59 @@ class FreeLaunches:
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
 
-    def _launch_force(self, a: Arrays) -> None:
-        if self._field is not None:
-            self._launch(self._field, a.position.shape, a.position, a.rotation, self.clock.array, a.force)
-        if a.force is not None:
-            self._launch(output.rotate_force_to_bishop, a.position.shape, a.rotation, a.force, a.external)
+    # --- a step -----------------------------------------------------------------------------------------------------
 
-    def _launch_advance(self, a: Arrays) -> None:
-        self._launch_force(a)
-        state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.external, self.clock.array, a.failed_at)
-        self._launch(motion.advance, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
+    def _launch_predict(self, a: Arrays) -> None:
+        count = a.position.shape[0]
+        self._launch(equal_steps.predict, count, a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
+        if a.force is None:
+            return
+        state = (a.rods, a.pace, a.midpoint, a.trial)
+        self._launch(equal_steps.predict_midpoint, count, *state, *_frame(a))
+        self._launch_lay_out(a, a.star)
+        self._launch_field(a, 1.0)
+
+    def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:
-            self._launch_frames(a)
+            self._launch(load.find_force, a.position.shape, a.rotation, a.force, a.step_balance.load)
+        if a.contact.present:
+            contact = (a.rotation, a.contact, a.trial, a.step_balance.load)
+            self._launch(load.add_contact_drag, a.position.shape, *contact)
+        state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
+        self._launch(equal_steps.try_step, a.position.shape[0], *state, a.slope, a.step_balance)
+
+    def _launch_accept(self, a: Arrays) -> None:
+        state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
+        self._launch(equal_steps.accept_step, a.position.shape[0], *state, a.failed_at)
+
+    def _launch_reject(self) -> None:
+        self._launch(equal_steps.reject_step, self.rods, self.arrays.rods, self.arrays.pace)
 
     def _launch_advance_past(self, a: Arrays) -> None:
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, self._target, a.failed_at)
-        self._launch(motion.advance_past, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
+        self._launch(own_steps.advance_past, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
+
+    def _launch_field(self, a: Arrays, ahead: float) -> None:
+        if self._field is not None:
+            self._launch(self._field, a.position.shape, a.position, a.rotation, self.clock.array, ahead, a.force)
+
+    # --- output -----------------------------------------------------------------------------------------------------
 
     def _launch_show(self, a: Arrays) -> None:
-        frame = (a.shown_midpoint.rotation, a.shown_midpoint.position, a.shown_midpoint.angle)
         state = (a.now, a.past, a.midpoint, a.pace, self._target, a.shown)
-        self._launch(motion.show, a.position.shape[0], *state, *frame)
+        self._launch(own_steps.show, a.position.shape[0], *state, *_frame(a))
 
     def _launch_frames(self, a: Arrays) -> None:
         self._launch_show(a)
-        middle = (a.shown, a.shown_midpoint, a.bishop_strain, a.rotation, a.position)
+        self._launch_lay_out(a, a.shown)
+
+    def _launch_present_force(self, a: Arrays) -> None:
+        self._launch_frames(a)
+        self._launch_field(a, 0.0)
+
+    def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
+        """Frames at all nodes from those of the middle."""
+        middle = (shape, a.shown_midpoint, a.bishop_strain, a.rotation, a.position)
         self._launch(output.set_bishop_strain, a.position.shape, *middle)
         self._launch(
             integrate_frames, a.position.shape[0], a.bishop_strain, a.spacing, self.nodes // 2, a.rotation, a.position
@@ -110,8 +147,11 @@ class FreeLaunches:
 
     def _launch_output(self) -> None:
         a = self.arrays
-        self._launch_force(a)
-        self._launch_show(a)
+        if a.force is None:
+            self._launch_show(a)
+        else:
+            self._launch_present_force(a)
+            self._launch(load.find_force, a.position.shape, a.rotation, a.force, a.balance.load)
         self._launch(output.find_output, self.rods, a.rods, a.shown, a.balance, a.output)
 
     def _launch_material_frame(self) -> None:
@@ -119,3 +159,8 @@ class FreeLaunches:
         self._launch_frames(a)
         frames = (a.rods, a.shown, a.shown_midpoint, a.rotation, a.strain, a.orientation)
         self._launch(output.find_material_frame, (self.rods, self.nodes), *frames)
+
+
+def _frame(a: Arrays) -> tuple[wp.array, wp.array, wp.array]:
+    """The middle frame from which frames are laid out."""
+    return a.shown_midpoint.rotation, a.shown_midpoint.position, a.shown_midpoint.angle

@@ -11,34 +11,37 @@ import warp as wp
 from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
-from warp_rods.kernels.free.output import force_field
+from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.layout import to_host
-from warp_rods.rods.ensemble import FORCE_STATE, Ensemble, Fixed, Parameter
+from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
 from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_midpoint, initial_strain
-from warp_rods.rods.pace import PACE
+from warp_rods.rods.modes import beam_root
+from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
-from warp_rods.rods.step_limits import StepLimit, swimmer_limit
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
-MIDPOINT = ("rotation", "position", "angle", "angular_velocity", "velocity", "roll_rate")
+FRAME = ("rotation", "position", "angle")
+MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
+CONTACT_STATE = "contact_velocity"
+"""Name of v in a state; see ``kernels/free/load.py``."""
 STIFF_IN_TWIST = 10.0
-"""β∥/β⊥ above which orders 3 and 4 are unstable."""
+"""β∥/β⊥ above which order 4 is less stable than order 3."""
 FIRST_STEP = 1e-6
 """The first step that a rod tries, in units of ζ∥L/f*."""
 
 
 def highest_order(bend: np.ndarray, twist: np.ndarray, planar: np.ndarray) -> np.ndarray:
-    """The highest stable order of each rod: 2 where twist is much stiffer than bending, unless there is none.
+    """The highest order of each rod: 3 where twist is much stiffer than bending, unless there is none.
 
     Bending and twist are each implicit in their own equation only.
     """
-    return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 2, 4).astype(np.int32)
+    return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 3, 4).astype(np.int32)
 
 
 class FreeRods(FreeReadings, Ensemble):
@@ -54,7 +57,7 @@ class FreeRods(FreeReadings, Ensemble):
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
     in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
     ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
-    evaluated at every step and at every reading; a rod for which it is not finite is frozen.
+    evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not finite is frozen.
 
     Raises SceneError naming the parameter for an even number of nodes or fewer than 17, for impossible values, and
     for values whose shape does not fit.
@@ -146,78 +149,108 @@ class FreeRods(FreeReadings, Ensemble):
             raise SceneError("symmetric = true: an external force could break the symmetry")
         self._launches.enable_forces(field)
 
-    def prepare_step(self, dt: float) -> None:
-        """Evaluate the external force, if a function for it was given."""
-        self._apply_external()
+    def predict_step(self) -> None:
+        """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
+        self._launches.predict()
+        self._evaluate_external(self.reached + self._clock.step)
 
-    def take_step(self) -> None:
-        """Launch one step of the length given to ``set_step``."""
-        self._launches.advance()
+    def try_step(self) -> None:
+        """Launch the rest of a step of second order; its result and its error are kept beside the present state."""
+        self._launches.try_step()
+
+    def error_of_step(self) -> np.ndarray:
+        """Error of the step tried [rod]: of the strains, of f, and under forces of the middle frame."""
+        with exclusive:
+            return to_host(self._arrays.trial.error)
+
+    def accept_step(self) -> None:
+        """Launch what makes the result of the step tried the present state."""
+        self._launches.accept()
+
+    def reject_step(self) -> None:
+        """Count the step tried as repeated."""
+        self._launches.reject()
+
+    def finish_step(self) -> None:
+        """Advance the time on the host."""
+        super().finish_step()
+        self._launches.show_at(self.time)
+
+    def show_at(self, time: float) -> None:
+        """Make ``time``, readings and positions those of a time within the last step."""
+        super().show_at(time)
+        self._launches.show_at(time)
+
+    def show(self) -> None:
+        """Put ``position_array`` at the present state."""
+        self._launches.find_frames()
 
     @property
     def has_own_steps(self) -> bool:
         """True for rods without external forces."""
         return self._arrays.force is None
 
-    def advance_to(self, time: float, tolerance: float) -> None:
-        """Advance every rod to ``time`` in steps of its own, whose length and order keep the error of each step small.
+    def take_own_steps(self, time: float, allowed: float) -> None:
+        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
+        self._launches.advance_past(time, allowed, time)
 
-        tolerance: allowed root mean square of the error of a step in the strains over those strains (1/L at least),
-        and of that in f. Raises SceneError for rods with external forces.
-        """
-        if not self.has_own_steps:
-            raise SceneError("advance_to: rods with external forces take equal steps; use step")
+    def gather(self) -> None:
+        """Begin anew from the present state, with no past."""
+        a = self._arrays
         with exclusive:
-            self._launches.advance_past(time, tolerance, 1.0)
-            self._clock.time = time
+            self._launches.find_frames()
+            for name in SHAPE:
+                wp.copy(getattr(a.now, name), getattr(a.shown, name))
+            for name in FRAME:
+                wp.copy(getattr(a.midpoint, name), getattr(a.shown_midpoint, name))
+            restart_pace(a.pace, self.time)
 
     @property
-    def steps_taken(self) -> np.ndarray:
-        """Steps that each rod has taken [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.taken)
+    def pace_arrays(self) -> Any:
+        """``Pace`` on the device."""
+        return self._arrays.pace
 
     @property
-    def steps_rejected(self) -> np.ndarray:
-        """Steps that each rod has tried and repeated, because their error was too large [rod]."""
-        with exclusive:
-            return to_host(self._arrays.pace.rejected)
+    def first_step(self) -> float:
+        """The first step that the rods try, short on every scale of the rods."""
+        return FIRST_STEP
 
     @property
-    def recordable(self) -> bool:
-        """False if a Python function gives the force, or threads share a step."""
-        return self._external is None and self._launches.threads == 1
+    def natural_time(self) -> float:
+        """The shortest of the times of relaxation of the flagella, of bending, η/501 β⊥, and of buckling, 16 β⊥ η."""
+        times = [self.drag_ratio / (beam_root(0) ** 4 * self.bend)]
+        if not self._passive:
+            times += [self.relaxation, 16 * self.bend * self.drag_ratio]
+        return float(np.min(times))
 
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self._launches.threads
 
-    @property
-    def version(self) -> object:
-        """An object that is replaced when device arrays are."""
-        return self._launches.version
-
-    @property
-    def step_limit(self) -> StepLimit:
-        """The largest stable step; empirical, for swimmers only."""
-        return swimmer_limit(self, self._passive)
-
     def _apply_external(self) -> None:
+        if self._external is not None:
+            with exclusive:
+                self._launches.find_frames()
+            self._evaluate_external(self.time)
+
+    def _evaluate_external(self, time: float) -> None:
+        """Take the force that a Python function, if one was given, has at this time and the places in the arrays."""
         if self._external is None:
             return
         with exclusive:
             position, rotation = to_host(self._arrays.position), to_host(self._arrays.rotation)
-        given = self._external(self.time, position, rotation)
+        given = self._external(time, position, rotation)
         self._set_force(vectors(given, self.count, self.nodes, finite=False))
 
     def _read_force(self) -> np.ndarray:
         if self._arrays.force is None:
             return np.zeros((self.count, self.nodes, 3))
-        with exclusive:
-            self._apply_external()
-            self._launches.find_force()
-            return to_host(self._arrays.force)
+        if self._force_from == "external":
+            with exclusive:
+                self._apply_external()
+                self._launches.find_force()
+        return super()._read_force()
 
     @property
     def force_array(self) -> wp.array:
@@ -229,8 +262,17 @@ class FreeRods(FreeReadings, Ensemble):
         return self._arrays.force
 
     @property
+    def contact_stiffness_array(self) -> wp.array:
+        """K of contact in space on the device [rod, node] (3, 3); allocated by the first call."""
+        if self._arrays.stiffness is None:
+            _ = self.force_array
+            with exclusive:
+                self._launches.enable_contact()
+        return self._arrays.contact.stiffness
+
+    @property
     def position_array(self) -> wp.array:
-        """Centre line on the device [rod, node]; steps with external forces keep it up to date."""
+        """Centre line on the device [rod, node]; with external forces where the last step or ``show`` has put it."""
         if self._arrays.force is None:
             self._launches.find_frames()
         return self._arrays.position
@@ -268,19 +310,26 @@ class FreeRods(FreeReadings, Ensemble):
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
-        if a.force is not None:
-            arrays |= {"force_previous": a.external.previous}
-            # A force from a function is evaluated at every step: the step does not depend on the last value.
-            arrays |= {} if self._force_from == "external" else {"force": a.force}
+        if a.contact.present:
+            arrays[CONTACT_STATE] = a.contact.velocity
         return arrays
 
+    def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays of a state, which may be one without contact."""
+        if self._arrays.contact.present and isinstance(state, Mapping) and CONTACT_STATE not in state:
+            state = {**state, CONTACT_STATE: np.zeros((self.count, self.nodes, 3))}
+        return super().check_state(state)
+
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
-        """Allocate the external force if the state has one."""
-        if any(name in state for name in FORCE_STATE):
+        """Allocate the external force and contact if the state has them."""
+        if "force" in state:
             _ = self.force_array
+        if CONTACT_STATE in state:
+            _ = self.contact_stiffness_array
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        self._launches.show_at(self.time)
         if self._arrays.force is not None:
             self._launches.find_frames()

@@ -1,0 +1,116 @@
+"""The twist of active rods at the end of a step (docs/model.md §2.4).
+
+    (a − J) δτ = ∂τ/∂t − Σ d_j τ_j,    J z = (c/ηr) z'' + Re(k̄ [(c z k)'/ζ⊥]')        δτ = 0 at the ends
+
+∂τ/∂t is that of the new bending and f; to extrapolate them is unstable. The last term of J is the motion across that a
+change of twist causes. It spreads twist, as the first one does, and more than that where |k|² ηr > ζ⊥.
+"""
+
+import warp as wp
+
+from warp_rods.kernels.banded import solve_pentadiagonal_rod
+from warp_rods.kernels.free.rod import (
+    find_transverse_source,
+    find_transverse_velocity,
+    roll_rate_after,
+    set_zero_end_rows,
+)
+from warp_rods.kernels.free.state import Balance, Shape, Swimmers
+from warp_rods.kernels.layout import real
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.func
+def step_twist(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, balance: Balance):
+    """From τ* to τⁿ⁺¹, after the bending and f; nothing to do where no twist arises."""
+    find_transverse_source(rod, rods, star.bending, star.twist, balance)
+    find_transverse_velocity(rod, rods, star.bending, balance)
+    last = star.twist.shape[1] - 1
+    most = real(0.0)
+    roll_rate = roll_rate_after(rod, 0, rods, star)
+    for node in range(1, last):
+        roll_rate_next = roll_rate_after(rod, node, rods, star)
+        source = real(0.5) * (balance.twist_source[rod, node - 1] + balance.twist_source[rod, node])
+        rhs = (roll_rate_next - roll_rate) / rods.spacing + source - slope.twist[rod, node]
+        balance.rhs[rod, node] = rhs
+        most = wp.max(most, wp.abs(rhs))
+        roll_rate = roll_rate_next
+    if most == real(0.0):
+        return
+    set_twist_rows(rod, rods, star, a, balance)
+    solve_twist(rod, balance)
+    for node in range(1, last):
+        star.twist[rod, node] += balance.rhs[rod, node]
+
+
+@wp.func
+def half_bending(rod: int, half: int, shape: Shape):
+    """k at a half node."""
+    return real(0.5) * (shape.bending[rod, half] + shape.bending[rod, half + 1])
+
+
+@wp.func
+def next_coupling(rod: int, half: int, last: int, star: Shape, balance: Balance):
+    """k_j·m_(j+1) k_(j+1) of neighbouring half nodes j and j + 1, m = 1/ζ⊥ of the node between; 0 beyond the ends."""
+    if half < 0 or half > last - 2:
+        return real(0.0)
+    between = balance.transverse_mobility[rod, half + 1]
+    return wp.dot(half_bending(rod, half, star), between * half_bending(rod, half + 1, star))
+
+
+@wp.func
+def own_coupling(rod: int, half: int, last: int, star: Shape, balance: Balance):
+    """k_j·(m_j + m_(j+1)) k_j of a half node; the shear is odd beyond the ends, which doubles m there."""
+    before = balance.transverse_mobility[rod, half]
+    after = balance.transverse_mobility[rod, half + 1]
+    if half == 0:
+        before = real(2.0) * before
+    if half == last - 1:
+        after = real(2.0) * after
+    k = half_bending(rod, half, star)
+    return wp.dot(k, (before + after) * k)
+
+
+@wp.func
+def set_twist_rows(rod: int, rods: Swimmers, star: Shape, a: real, balance: Balance):
+    """Rows of a − J. With A of neighbouring half nodes and B of one, Re(k̄ [(c z k)'/ζ⊥]') at a half node j is
+    c (A_j z_(j+1) − B_j z_j + A_(j−1) z_(j−1))/Δs², where z is the mean of both nodes; its mean is taken at nodes."""
+    last = star.twist.shape[1] - 1
+    c = rods.twist_stiffness[rod] / (rods.spacing * rods.spacing)
+    diffusion = c / rods.rotational_drag[rod]
+    g = real(0.25) * c
+    A_before2 = real(0.0)
+    A_before = real(0.0)
+    A = next_coupling(rod, 0, last, star, balance)
+    B_before = own_coupling(rod, 0, last, star, balance)
+    set_zero_end_rows(rod, last, balance)
+    balance.upper2[rod, 0] = real(0.0)
+    balance.lower2[rod, last] = real(0.0)
+    for node in range(1, last):
+        A_before2 = A_before
+        A_before = A
+        A = next_coupling(rod, node, last, star, balance)
+        B = own_coupling(rod, node, last, star, balance)
+        balance.lower2[rod, node] = -g * A_before2
+        balance.lower[rod, node] = g * (B_before - A_before2 - A_before) - diffusion
+        balance.diagonal[rod, node] = a + real(2.0) * diffusion + g * (B_before + B - real(2.0) * A_before)
+        balance.upper[rod, node] = g * (B - A_before - A) - diffusion
+        balance.upper2[rod, node] = -g * A
+        B_before = B
+
+
+@wp.func
+def solve_twist(rod: int, balance: Balance):
+    """δτ, stored in place of the right-hand side."""
+    solve_pentadiagonal_rod(
+        rod,
+        balance.lower2,
+        balance.lower,
+        balance.diagonal,
+        balance.upper,
+        balance.upper2,
+        balance.rhs,
+        balance.work_pairs,
+        balance.rhs,
+    )

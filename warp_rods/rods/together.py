@@ -1,0 +1,207 @@
+"""Steps that several ensembles take together (docs/model.md §1.5, §6.4).
+
+A step is tried before it is taken: every ensemble extrapolates its rods to the end of the step, contact acts there, and
+each ensemble finds the result and its error. Nothing of the present state has changed until then. No node may move by
+more than a fraction of the steric core ε in one step, otherwise it is repeated shorter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from warp_rods.rods.control import Control
+
+LARGEST_MOVE = 0.25
+"""Largest displacement of a node in one step, in units of the core ε."""
+MOST_PARTS = 1024
+"""Largest number of parts of one step of a given length."""
+STARTING = 0.01
+"""Error allowed in the first steps of a given length Δt, in units of (Δt/τ)³ with the natural time τ of the rods. A
+step of second order has such an error later, but a start that is rough or contradicts the ends needs shorter ones."""
+SMALLEST_STARTING = 1e-9
+"""The smallest error allowed in the first steps."""
+LONGEST_START = 32, 10.0
+"""The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
+
+
+SHARE_OF_LARGEST = 0.1
+"""The largest error of a rod may exceed the allowed root mean square by the inverse."""
+
+
+class Rods(Protocol):
+    """What an ensemble does in a step, in this order; see ``Ensemble``."""
+
+    @property
+    def first_step(self) -> float: ...
+    @property
+    def natural_time(self) -> float: ...
+    @property
+    def reached(self) -> float: ...
+
+    def set_step(self, dt: float) -> None: ...
+    def prepare_step(self, dt: float) -> None: ...
+    def predict_step(self) -> None: ...
+    def apply_given_force(self) -> None: ...
+    def try_step(self) -> None: ...
+    def error_of_step(self) -> np.ndarray: ...
+    def reject_step(self) -> None: ...
+    def accept_step(self) -> None: ...
+    def finish_step(self) -> None: ...
+    def end_planned_step(self) -> None: ...
+    def show_at(self, time: float) -> None: ...
+    def show(self) -> None: ...
+
+
+class Forces(Protocol):
+    """What acts on the rods in a step."""
+
+    def apply(self) -> float:
+        """Write forces at the present positions; returns the largest displacement since ``keep``, in units of ε."""
+
+    def keep(self) -> None:
+        """Count displacements from the present positions on."""
+
+
+class Together:
+    """Steps of ``ensembles``, of the same length for all, under ``forces`` besides those that the ensembles have."""
+
+    def __init__(self, ensembles: Sequence[Rods], forces: Forces | None = None):
+        self._ensembles, self._forces = list(ensembles), forces
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin with short steps."""
+        self.control = Control(min(e.first_step for e in self._ensembles))
+        """Steps whose length follows their error."""
+        self._starting = True
+        """Whether the next step of a given length is one of the first, which are divided as their error demands."""
+        self._parts = 1
+        """Parts of a step of a given length, so that no node moves too far: a power of 2."""
+        self.finest = 1
+        """The largest number of parts so far."""
+        self.unresolved = False
+        """Whether a node moved too far even in the shortest step."""
+
+    @property
+    def reached(self) -> float:
+        """The time that the steps have reached."""
+        return self._ensembles[0].reached
+
+    # --- steps of a given length --------------------------------------------------------------------------------------
+
+    def advance(self, dt: float, steps: int) -> Iterator[int]:
+        """Take ``steps`` steps of ``dt``; yields the number of steps taken after each."""
+        for done in range(1, steps + 1):
+            if self._starting:
+                self._start(dt)
+            else:
+                self._take_parts(dt)
+            for ensemble in self._ensembles:
+                ensemble.end_planned_step()
+            yield done
+
+    def _start(self, dt: float) -> None:
+        """One of the first steps of ``dt``, divided as its error demands."""
+        natural = min(e.natural_time for e in self._ensembles)
+        allowed = max(STARTING * (dt / natural) ** 3, SMALLEST_STARTING)
+        end = self.reached + dt
+        while (left := end - self.reached) > 1e-12 * dt:
+            # Not a short rest at the end: the last two steps are of the same length.
+            step = self.control.step
+            self._follow_error(left if left <= step else min(step, left / 2), allowed, dt)
+        longest = max(LONGEST_START[0] * dt, LONGEST_START[1] * natural)
+        self._starting = self.control.step < dt and self.reached < longest
+
+    def _take_parts(self, dt: float) -> None:
+        """A step of ``dt`` in the present number of parts, or more of them."""
+        parts, largest = self._parts, 0.0
+        for _ in range(parts):
+            largest = max(largest, self._take(dt / parts, dt / MOST_PARTS))
+        if 2 * largest < LARGEST_MOVE and self._parts > 1:
+            self._parts //= 2
+
+    def _take(self, dt: float, shortest: float) -> float:
+        """Take a step of ``dt``, in halves if a node would move too far; returns the largest move in units of ε."""
+        move = self._try(dt)
+        if move > LARGEST_MOVE and dt > shortest:
+            self._parts = min(2 * self._parts, MOST_PARTS)
+            self.finest = max(self.finest, self._parts)
+            return max(self._take(dt / 2, shortest), self._take(dt / 2, shortest))
+        self._accept(move)
+        return move
+
+    # --- steps by error -----------------------------------------------------------------------------------------------
+
+    def advance_to(self, time: float, tolerance: float) -> Iterator[float]:
+        """Advance past ``time`` in steps with errors below ``tolerance``, and show that time; yields the time reached.
+
+        A rod whose step is not valid even if it is short is frozen.
+        """
+        while self.reached < time:
+            self._follow_error(self.control.step, tolerance, time)
+            yield self.reached
+        for ensemble in self._ensembles:
+            ensemble.show_at(time)
+
+    def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
+        """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""
+        move = self._try(dt)
+        error = norm(np.concatenate([e.error_of_step() for e in self._ensembles])) / tolerance
+        if self.control.accepts(dt, error, move / LARGEST_MOVE, self.reached, unit):
+            self._accept(move)
+        else:
+            for ensemble in self._ensembles:
+                ensemble.reject_step()
+
+    # --- one step -----------------------------------------------------------------------------------------------------
+
+    def _try(self, dt: float) -> float:
+        """Try a step of ``dt``; returns the largest displacement of a node since the last step, in units of ε."""
+        for ensemble in self._ensembles:
+            ensemble.set_step(dt)
+            ensemble.prepare_step(dt)
+            ensemble.predict_step()
+        move = 0.0 if self._forces is None else self._forces.apply()
+        for ensemble in self._ensembles:
+            ensemble.apply_given_force()
+            ensemble.try_step()
+        return move
+
+    def _accept(self, move: float) -> None:
+        """Make the step tried the present state."""
+        self.unresolved |= move > LARGEST_MOVE
+        lost = self._forces is not None and any(np.isinf(e.error_of_step()).any() for e in self._ensembles)
+        if self._forces is not None:
+            self._forces.keep()
+        for ensemble in self._ensembles:
+            ensemble.accept_step()
+            ensemble.finish_step()
+        if lost and self._forces is not None:  # a rod that is frozen acts on the others where it was
+            for ensemble in self._ensembles:
+                ensemble.show()
+            self._forces.keep()
+
+    # --- state --------------------------------------------------------------------------------------------------------
+
+    def state(self) -> np.ndarray:
+        """What the next steps depend on, besides the ensembles [6]."""
+        return np.array([self._starting, self._parts, *self.control.state()])
+
+    def restore(self, state: np.ndarray) -> None:
+        """Return to a ``state``."""
+        self._starting, self._parts = bool(state[0]), int(state[1])
+        self.control.restore(state[2:])
+
+
+def norm(errors: np.ndarray) -> float:
+    """The error of a step of many rods [rod]: root mean square, or a share of the largest if that is more."""
+    return max(float(np.sqrt(np.mean(errors**2))), SHARE_OF_LARGEST * float(errors.max()))
+
+
+def exhaust(steps: Iterator[object]) -> None:
+    """Take all the steps of an iterator."""
+    for _ in steps:
+        pass

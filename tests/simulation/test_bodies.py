@@ -8,7 +8,7 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
-FILAMENTS = {"name": "f", "count": 20, "nodes": 9, "length": 0.3, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+FILAMENTS = {"name": "f", "count": 20, "nodes": 17, "length": 0.3, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
 PLACES = np.array([[-1.5, 0, 0], [1.5, 0, 0], [1.5, 0, 0]])
 RADII = (0.8, 1.0, 0.6)
 

@@ -166,7 +166,11 @@ def test_nothing_is_written_for_an_impossible_scene(tmp_path):
 
 def test_a_step_above_its_bound_is_warned_of():
     (line,) = Simulation(
-        scene(filaments=SCENE["filaments"][:1], steric=None, time={"end": 1, "step": 0.9, "save_every": 1})
+        scene(
+            filaments=[SCENE["filaments"][0] | {"nodes": "auto"}],
+            steric=None,
+            time={"end": 1, "step": 0.9, "save_every": 1},
+        )
     ).warnings
     assert "time.step = 0.9" in line and "convex" in line and "e'' =" in line
 

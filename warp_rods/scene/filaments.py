@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, length_faults, lookup
+from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -102,7 +102,11 @@ def _rises(values: tuple, ordered: Callable[[float, float], bool]) -> bool:
 class FilamentsTable(EnsembleTable):
     """An ensemble of filaments bound to the surface (chapter 5)."""
 
-    nodes: int = Field(ge=9, le=MOST_NODES, description="a whole number, 9 or more, at most 100 000")
+    FEWEST_NODES: ClassVar[int] = 9
+
+    nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES)]] = Field(
+        description='a whole number, 9 or more, at most 100 000, or "auto"'
+    )
     length: PositiveEach = Field(description="a positive number" + OR_EACH)
     stiffness: EachVector[tuple[Positive, Positive, Positive]] = Field(
         description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_EACH
@@ -161,12 +165,11 @@ def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     nodes = good.get("nodes")
     if nodes is None or not is_list(rows):
         return []
+    needs = f"needs one value for each of {nodes} nodes"
+    if nodes == AUTO:
+        needs = f'a value for each node needs their number in place of nodes = "{AUTO}"'
     return [
-        fault(
-            ("placement", "geodesic_curvature", i),
-            values,
-            f" = {shown(values)}: needs one value for each of {nodes} nodes, has {len(values)}",
-        )
+        fault(("placement", "geodesic_curvature", i), values, f" = {shown(values)}: {needs}, has {len(values)}")
         for i, values in enumerate(rows)
         if is_list(values) and len(values) != nodes
     ]

@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from warp_rods.values import Number, Positive, ZeroOrMore
 
 __all__ = [
-    "OR_EACH", "TAGS", "Direction", "Each", "EachVector", "NumberEach", "PositiveEach", "Vector", "WordOrTable",
-    "ZeroOrMoreEach", "is_list",
+    "ONE", "OR_EACH", "TAGS", "WORD", "Direction", "Each", "EachVector", "NumberEach", "PositiveEach", "Vector",
+    "WordOrTable", "ZeroOrMoreEach", "is_list",
 ]  # fmt: skip
 
 T = TypeVar("T")

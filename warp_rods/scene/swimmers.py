@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import AfterValidator, Field
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, length_faults
+from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
 from warp_rods.scene.per_rod import (
     OR_EACH,
@@ -79,8 +79,10 @@ def _odd(nodes: int) -> int:
 class SwimmersTable(EnsembleTable):
     """An ensemble of active free rods (chapter 4) with dimensionless parameters."""
 
-    nodes: Annotated[int, AfterValidator(_odd)] = Field(
-        ge=17, le=MOST_NODES, description="an odd whole number, 17 or more, at most 100 000"
+    FEWEST_NODES: ClassVar[int] = 17
+
+    nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES), AfterValidator(_odd)]] = Field(
+        description='an odd whole number, 17 or more, at most 100 000, or "auto"'
     )
     bend: PositiveEach = Field(description="a positive number" + OR_EACH)
     twist: PositiveEach = Field(description="a positive number" + OR_EACH)

@@ -15,6 +15,7 @@ from warp_rods.scene.tables import Time
 from warp_rods.simulation.document import Document
 from warp_rods.simulation.files import digest
 from warp_rods.simulation.kept_surfaces import NAMES, from_files, with_files
+from warp_rods.simulation.resolution import with_nodes
 from warp_rods.simulation.store import STORE
 from warp_rods.values import key_path, shown
 
@@ -46,7 +47,7 @@ class Begun:
         return cls(path, Scene.parse(text, path.resolve()), text, attributes.get(KEPT, {}))
 
     def continued(self, scene: Scene) -> Scene:
-        """The scene that continues the run: on its surfaces; with its step and frames where they are not given.
+        """The scene that continues the run: on its surfaces; with its nodes, step and frames where they are not given.
 
         What is chosen follows ``time.end``: without this no run could be made longer. Raises RunFolderError with every
         difference where ``scene`` is not that of the run; only ``time.end`` and ``output.usd`` may change.
@@ -58,7 +59,7 @@ class Begun:
                 continue
             edited |= _edited(key, Path(table.parameters["file"]), self.path / NAMES[key], origin)
             files[key] = str(self.path.resolve() / NAMES[key])
-        scene = with_files(scene, files)
+        scene = with_nodes(with_files(scene, files), _numbers_of_nodes(self.scene))
         old, new = (dict(_leaves(s.model_dump(exclude_none=True))) for s in (self.scene, scene))
         lines = {
             key: f"{key}: {_said(old, key)} in the run, {_said(new, key)} in the scene"
@@ -97,6 +98,10 @@ class Begun:
 
 def _close(new: float | None, old: float | None) -> bool:
     return new == old if new is None or old is None else bool(np.isclose(new, old, rtol=1e-9, atol=0))
+
+
+def _numbers_of_nodes(scene: Scene) -> dict[str, int]:
+    return {table.name: table.node_count for table in (*scene.filaments, *scene.swimmers)}
 
 
 def _edited(key: str, given: Path, kept: Path, origin: Mapping[str, str]) -> dict[str, str]:

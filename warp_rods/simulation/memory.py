@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
+from warp_rods.scene.ensemble import AUTO
 from warp_rods.scene.scene import Scene
 
 BYTES_OF_A_NODE = 800
@@ -29,7 +30,7 @@ def memory() -> float:
 def check_memory(scene: Scene) -> None:
     """Raises SceneError naming the table whose rods, or whose neighbours along the same rod, need too much memory.
 
-    Also for a steric distance whose powers overflow.
+    Also for a steric distance whose powers overflow. Tables whose nodes are not chosen yet are left out.
     """
     available = memory()
     for key in ("range", "core"):
@@ -37,6 +38,8 @@ def check_memory(scene: Scene) -> None:
             raise SceneError(f"steric.{key} = {value:g}: must be {LARGEST_DISTANCE:g} at most")
     for kind in ("swimmers", "filaments"):
         for index, table in enumerate(getattr(scene, kind)):
+            if table.nodes == AUTO:
+                continue
             nodes = float(table.count) * table.nodes
             _check(f"{kind}[{index}].count = {table.count}, nodes = {table.nodes}", nodes * BYTES_OF_A_NODE, available)
             if scene.steric is None or scene.steric.strength == 0:

@@ -79,7 +79,8 @@ class Swimmer(metaclass=Documented):
     def of(cls, table: SwimmersTable, rod: int = 0, planar: bool | None = None) -> Swimmer:
         """Rod ``rod`` of a table [[swimmers]] of a scene; planar by default where its moment is 0.
 
-        With the law ``held`` its flagella keep their profile. Raises SceneError for another law than these two.
+        With the law ``held`` its flagella keep their profile. Raises SceneError for another law than these two,
+        and for nodes = "auto".
         """
         law = table.flagella.law or DEFAULT_LAW
         if law not in KNOWN_LAWS:
@@ -94,9 +95,9 @@ class Swimmer(metaclass=Documented):
         flat = bool(values["moment"] == 0) if planar is None else planar
         held = None
         if law == "held":
-            s = np.linspace(-0.5, 0.5, table.nodes)
+            s = np.linspace(-0.5, 0.5, table.node_count)
             held = tuple(Flagella.read(table.flagella.model_dump()).start(s, table.count)[rod].tolist())
-        return cls(table.nodes, values, planar=flat, symmetric=table.symmetric, held=held)
+        return cls(table.node_count, values, planar=flat, symmetric=table.symmetric, held=held)
 
     def with_parameters(self, **parameters: float) -> Swimmer:
         """The same swimmer with other values of some parameters."""

@@ -1,0 +1,219 @@
+"""How far apart the nodes of rods may be: the criteria, measured in docs/model.md §2.10 and §3.10.
+
+Each gives the largest spacing of nodes at which the shape, the speed, the period and the place of a rod are right to
+about one per cent, and the reason. ``resolution.py`` chooses numbers of nodes by them, and warns by them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_rods.rods.modes import beam_mode
+from warp_rods.rods.per_rod import each_rod
+from warp_rods.scene.filaments import FilamentsTable
+from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
+from warp_rods.scene.swimmers import SwimmersTable
+from warp_rods.scene.tables import Steric
+from warp_rods.simulation.samples import Sample
+
+BENDS, WAVES = 0.5, 0.18
+"""Largest spacing for a swimmer that swims steadily, and for one that waves, in units of (β⊥/η)^(1/3)."""
+WAVING, SOFTEST_STEADY = 3.2e-3, 4e-5
+"""A swimmer may wave where β⊥/η is below this times the width of the reversal of f; the softest may wave at any width.
+The U begins to wave at 2.3e-3 to 3.3e-3 (D from 1e-4 to 3e-3, η from 1.5 to 4)."""
+REVERSAL = 1 / 3
+"""Width of the reversal of f = −tanh(as) of held flagella in units of 1/a; as wide as √D is with diffusion."""
+WOUND, UNWOUND = 0.5, 1.0
+"""Largest spacing of a swimmer that starts with the twist that balances its moment, and of one that starts without, in
+units of (β⊥/T)(β∥/β⊥)^(1/3), T the twist moment."""
+LEAST_TWIST_RATIO = 0.1
+"""β∥/β⊥ below which the growth of helices was not measured; that spacing is used there."""
+UNBALANCED = 10.0
+"""The twist moment of a writhe that is not balanced (C.63), in units of the balanced one."""
+CELLS_PER_HALF_WAVE = 18
+"""Cells for each half-wave of a beam mode at the start."""
+BENT_START = 1.0
+"""Bending in radians per cell of a swimmer at the start."""
+FEWEST_CELLS = 16
+"""Cells of a filament on a membrane, however flat."""
+LARGEST_ANGLE = 0.25
+"""Bending of a filament in radians per cell."""
+VARIES = 0.1
+"""Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
+ANGLES = 72
+"""Orientations in the tangent plane at which the energy is evaluated."""
+TURNS = 1.0
+"""Largest spacing of a filament in units of √(B3/e''), the length over which its ends turn in the membrane."""
+
+ACROSS = 1.5
+"""Largest spacing for contact in units of √(aε), the width along a rod of the force between rods that touch: with it,
+and at most ε, the sum over nodes is within 1.5 % of the integral where centre lines are ε/2 apart or more."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Something to resolve: the largest spacing of nodes that does, or the fewest cells of a rod; and why."""
+
+    reason: str
+    spacing: float = math.inf
+    cells: int = 0
+
+
+def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None) -> list[Criterion]:
+    """What the nodes of swimmers must resolve: bending under their thrust, twist, the start, and contact."""
+    return [_buckling(table), *_twist(table), *_start(table), *_contact(steric)]
+
+
+def criteria_of_filaments(table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None) -> list[Criterion]:
+    """What the nodes of filaments must resolve on a membrane, which is given by samples of it."""
+    principal = np.concatenate([sample.principal for sample in samples])
+    few = Criterion(f"a filament has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
+    found = [few, *_angles(table, principal), *_variation(samples), *_turning(table, principal), *_contact(steric)]
+    if table.growth is not None and table.growth.spacing is not None:
+        found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
+    return found
+
+
+# --- swimmers ---------------------------------------------------------------------------------------------------------
+
+
+def _buckling(table: SwimmersTable) -> Criterion:
+    bend, drag = (each_rod(getattr(table, name), table.count) for name in ("bend", "drag_ratio"))
+    soft = bend / drag
+    waves = (soft < np.maximum(SOFTEST_STEADY, WAVING * _reversal(table))) & (_imbalance(table) > 0)
+    share = np.where(waves, WAVES, BENDS)
+    rod = int(np.argmin(share * np.cbrt(soft)))
+    largest = float(share[rod] * np.cbrt(soft[rod]))
+    what = "may wave" if waves[rod] else "bends under its thrust"
+    reason = f"a swimmer of β⊥ = {bend[rod]:.3g} {what}: Δs ≤ {share[rod]:g} (β⊥/η)^(1/3) = {largest:.3g}"
+    return Criterion(reason, largest)
+
+
+def _reversal(table: SwimmersTable) -> np.ndarray:
+    """The width of the layer in which the flagellar field changes sign, or [rod] widths."""
+    flagella = table.flagella
+    if LAWS[flagella.law or DEFAULT_LAW].diffuses:
+        return np.sqrt(each_rod(flagella.diffusion, table.count))
+    return np.array(REVERSAL / flagella.sharpness if flagella.profile == "tanh" else 0.0)
+
+
+def _imbalance(table: SwimmersTable) -> float:
+    """The largest |∫ (f − mean of f) ds| along the rod for the profile with f = ±1: 1/2 if it reverses, 0 if not."""
+    f = np.sign(PROFILES[table.flagella.profile](np.linspace(-0.5, 0.5, 1001), table.flagella.sharpness))
+    return float(np.abs(np.cumsum(f - f.mean())).max() / (len(f) - 1))
+
+
+def _twist(table: SwimmersTable) -> list[Criterion]:
+    """A twist moment T makes a straight rod coil into helices of wavenumber 3T/4β⊥ (docs/model.md §9)."""
+    bend, twist, moment = (each_rod(getattr(table, name), table.count) for name in ("bend", "twist", "moment"))
+    writhes = table.shape.kind == "writhe"
+    T = np.abs(moment) * _imbalance(table) * (UNBALANCED if writhes and not table.shape.balanced else 1.0)
+    if not T.any():
+        return []
+    with np.errstate(divide="ignore"):
+        spacing = (WOUND if writhes else UNWOUND) * bend / T * np.cbrt(np.maximum(twist / bend, LEAST_TWIST_RATIO))
+    rod = int(np.argmin(spacing))
+    largest = float(spacing[rod])
+    values = f"β⊥ = {bend[rod]:.3g} and M = {moment[rod]:.3g}"
+    reason = f"a swimmer of {values} coils under the twist moment T = {T[rod]:.3g} of its flagella: Δs ≤ {largest:.3g}"
+    return [Criterion(reason, largest)]
+
+
+def _start(table: SwimmersTable) -> list[Criterion]:
+    shape = table.shape
+    if shape.kind == "straight":
+        return []
+    mode = shape.mode or 0
+    waves = mode + 1.5
+    found = [
+        Criterion(
+            f"the {waves:g} half-waves of the mode {mode} at the start have {CELLS_PER_HALF_WAVE} cells each",
+            cells=math.ceil(CELLS_PER_HALF_WAVE * waves),
+        )
+    ]
+    curvature = float(np.max(np.abs(shape.amplitude)) * np.abs(beam_mode(mode, np.linspace(-0.5, 0.5, 2001))).max())
+    if curvature > 0:
+        reason = f"the curvature at the start reaches {curvature:.3g}: it bends by {BENT_START:g} radian a cell at most"
+        found.append(Criterion(reason, BENT_START / curvature))
+    return found
+
+
+# --- filaments --------------------------------------------------------------------------------------------------------
+
+
+def _angles(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
+    """The membrane bends the filament, and its intrinsic strains do, and a start that is curved."""
+    placed = table.placement if isinstance(table.placement, str) else table.placement.geodesic_curvature
+    start = 0.0 if isinstance(placed, str) else _largest(placed)
+    membrane, intrinsic = float(np.abs(principal).max(initial=0.0)), float(np.abs(table.intrinsic).max())
+    words = {"curvatures of the membrane": membrane, "intrinsic strains": intrinsic, "curvatures at the start": start}
+    what, largest = max(words.items(), key=lambda item: item[1])
+    if largest == 0:
+        return []
+    reason = f"{what} reach {largest:.3g}: a filament bends by {LARGEST_ANGLE:g} radian a cell at most"
+    return [Criterion(reason, LARGEST_ANGLE / largest)]
+
+
+def _variation(samples: Sequence[Sample]) -> list[Criterion]:
+    """A filament moves by the differences of its energy, which follow from the curvature along it."""
+    varies = max(sample.variation for sample in samples)
+    if varies == 0:
+        return []
+    length = 1 / math.sqrt(varies)
+    largest = VARIES * length
+    reason = f"curvatures of the membrane vary over a length √(κ/κ'') = {length:.3g}: Δs ≤ {VARIES:g} of it"
+    return [Criterion(reason, largest)]
+
+
+def _largest(values: float | Sequence) -> float:
+    """The largest absolute value of a number, or of nested lists of numbers."""
+    return abs(float(values)) if isinstance(values, (int, float)) else max(map(_largest, values), default=0.0)
+
+
+def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
+    """Normal bending and twist turn a filament in the membrane, with e'' per angle; B3 spreads this over √(B3/e'')."""
+    each = [each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic")]
+    shortest, found = math.inf, 0.0
+    for row in np.unique(np.column_stack(each), axis=0):
+        e2 = _orientation_stiffness(principal, row[:3], row[3:])
+        if e2 > 0 and (length := math.sqrt(row[2] / e2)) < shortest:
+            shortest, found = length, e2
+    if math.isinf(shortest):
+        return []
+    reason = (
+        f"the ends of a filament turn in the membrane over a length √(B3/e'') = {shortest:.3g}, with the orientation "
+        f"stiffness e'' = {found:.3g}"
+    )
+    return [Criterion(reason, TURNS * shortest)]
+
+
+def _orientation_stiffness(principal: np.ndarray, stiffness: np.ndarray, intrinsic: np.ndarray) -> float:
+    """The largest e''(α) at these principal curvatures and any angle α to the first of their directions; force.
+
+    e = ½B1(K12 − σ1)² + ½B2(K11 + σ2)² is the energy per length of a short geodesic filament.
+    """
+    alpha = np.linspace(0, np.pi, ANGLES, endpoint=False)
+    mean, half = principal.mean(axis=-1)[:, None], (principal[:, 1:] - principal[:, :1]) / 2
+    cosine, sine = np.cos(2 * alpha), np.sin(2 * alpha)
+    K11, K12 = mean + half * cosine, -half * sine
+    twist = 4 * half**2 * cosine**2 + 4 * half * sine * (K12 - intrinsic[0])
+    bend = 4 * half**2 * sine**2 - 4 * half * cosine * (K11 + intrinsic[1])
+    return float((stiffness[0] * twist + stiffness[1] * bend).max(initial=0.0))
+
+
+# --- both -------------------------------------------------------------------------------------------------------------
+
+
+def _contact(steric: Steric | None) -> list[Criterion]:
+    if steric is None or steric.strength == 0:
+        return []
+    across = ACROSS * math.sqrt(steric.range * steric.core)
+    if across < steric.core:
+        reason = f"contact acts over a length √(range · core): Δs ≤ {ACROSS:g} √(range · core) = {across:.3g}"
+        return [Criterion(reason, across)]
+    reason = f"rods may pass between nodes that are more than the steric core {steric.core:g} apart"
+    return [Criterion(reason, steric.core)]

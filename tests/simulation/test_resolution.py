@@ -210,10 +210,10 @@ def test_check_shows_the_number_chosen_with_its_reason(tmp_path, capsys):
 def waving(count: int) -> np.ndarray:
     """Mean bending, period and mean speed of a waving U after its transient."""
     rods = FreeRods(1, count, bend=1.3e-4, twist=1e-3, symmetric=True, shape=MODE)
-    rods.advance_to(6.0, 1e-6)
+    rods.advance_to(6.0, 1e-6 / rods.step_tolerance)
     times, bending, middle = np.arange(6.0, 10.0, 0.02), [], []
     for time in times:
-        rods.advance_to(time, 1e-6)
+        rods.advance_to(time, 1e-6 / rods.step_tolerance)
         bending.append(np.sqrt((rods.strain[0, :, 2] ** 2).mean()))
         middle.append(rods.position[0, count // 2])
     x = np.array(bending) - np.mean(bending)
@@ -235,9 +235,9 @@ def test_a_steady_swimmer_needs_far_fewer_nodes_and_is_right_to_one_per_cent():
     chosen = nodes(swimmers())
     assert chosen < 33
     found = FreeRods(1, chosen, bend=5e-3, twist=1e-3, symmetric=True, shape=MODE)
-    found.advance_to(7.0, 1e-6)
+    found.advance_to(7.0, 1e-6 / found.step_tolerance)
     before = found.position[0, chosen // 2]
-    found.advance_to(8.0, 1e-6)
+    found.advance_to(8.0, 1e-6 / found.step_tolerance)
     assert np.linalg.norm(found.position[0, chosen // 2] - before) == pytest.approx(0.4885, rel=0.01)
     assert np.sqrt((found.strain[0, :-1, 2] ** 2).mean()) == pytest.approx(3.0413, rel=0.01)
 
@@ -251,7 +251,7 @@ def test_a_filament_is_right_to_one_per_cent():
     for count in (chosen, 4 * chosen - 3):
         surface = surfaces.make("torus", {"major": 1.0, "minor": 0.4})
         rods = BoundRods(surface, [[1.4, 0, 0]], [[0, 1, 0.6]], nodes=count, **given)
-        rods.advance_to(3.0, 1e-6)
+        rods.advance_to(3.0, 1e-6 / rods.step_tolerance)
         found[count] = rods.position[0, :: (count - 1) // (chosen - 1)]
     error = np.linalg.norm(found[chosen] - found[4 * chosen - 3], axis=-1).max()
     assert error < 0.01 * 1.2

@@ -36,22 +36,14 @@ def _potential(r: np.ndarray, strength: float, range: float, core: float) -> np.
     return G - G[-1] + F_cutoff * (rho - rho[-1])
 
 
-def barrier_warnings(
-    name: str, spacing: float, strength: float, range: float, core: float, swimmers: bool
-) -> list[str]:
-    """Warnings if rods of an ensemble may pass through others: between nodes, or over the barrier.
+def barrier_warnings(name: str, strength: float, range: float, core: float) -> list[str]:
+    """A warning if swimmers of an ensemble may pass over the barrier.
 
-    spacing: of the nodes, length. swimmers: whether the rods swim; the force of a swimmer is 1 at most, in units of
-    f* L. The forces on filaments are not known here.
+    The force of a swimmer is 1 at most, in units of f* L.
     """
     found = []
-    if spacing > core:
-        found.append(
-            f"{name}: nodes are {spacing:.3g} apart, more than the steric core {core:.3g}: rods may pass between "
-            f"them; use {np.ceil(10 * spacing / core) / 10:g} times as many nodes, or a larger core"
-        )
     force = flank_force(strength, range, core)
-    if swimmers and 0 < force < SUFFICIENT_FORCE:
+    if 0 < force < SUFFICIENT_FORCE:
         found.append(
             f"{name}: the steric barrier withstands a force of {force:.2g} at most, and a swimmer pushes with 1: "
             f"rods may pass through each other; use steric.strength = {strength * SUFFICIENT_FORCE / force:.3g} or more"

@@ -8,8 +8,6 @@ import numpy as np
 
 TOLERANCE = 0.01
 """The error of a run that is allowed where nothing else is said."""
-TOLERANCE_OF_A_STEP = 1e-3
-"""Error allowed in a step in units of that of a run: errors add up, and rods that move periodically drift in phase."""
 SAFETY = 0.85
 """Fraction of the step that the error would allow."""
 SMALLEST_ERROR = 1e-6

@@ -21,7 +21,7 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
+from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
@@ -37,7 +37,7 @@ FOR_THE_LOOP = frozenset(
     {
         *("advance", "set_step", "prepare_step", "finish_step", "ends_of_space", "pace_arrays", "error_report"),
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
-        *("first_step", "natural_time", "has_own_steps", "advance_by_error", "take_own_steps"),
+        *("first_step", "natural_time", "has_own_steps", "step_tolerance", "take_own_steps"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "position_array", "force_array"),
         *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
@@ -95,6 +95,8 @@ class Ensemble(Readings):
     """
 
     _unlisted = FOR_THE_LOOP
+    step_tolerance: float
+    """Error allowed in a step, in units of that at the end: errors add up, and periodic motion drifts in phase."""
     count = Fixed[int]("Number of rods.")
     device = Fixed[wp.Device]("Where the rods are.")
 
@@ -207,17 +209,13 @@ class Ensemble(Readings):
         time, tolerance = arguments.real("time", time), arguments.real("tolerance", tolerance)
         if time < self.time:
             raise SceneError(f"time = {time:g}: must not be before the present time, {self.time:g}")
-        self.advance_by_error(time, TOLERANCE_OF_A_STEP * tolerance)
-
-    def advance_by_error(self, time: float, allowed: float) -> None:
-        """``advance_to`` with the error ``allowed`` in a step."""
         if not self.has_own_steps:
             if np.isinf(self.reached):
                 self._gather()
-            exhaust(self._steps.advance_to(time, allowed))
+            exhaust(self._steps.advance_to(time, tolerance))
             return
         with exclusive:
-            self.take_own_steps(time, allowed)
+            self.take_own_steps(time, self.step_tolerance * tolerance)
         self._clock.reached = np.inf
         self.show_at(time)
 

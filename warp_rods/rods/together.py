@@ -34,6 +34,8 @@ SHARE_OF_LARGEST = 0.1
 class Rods(Protocol):
     """What an ensemble does in a step, in this order; see ``Ensemble``."""
 
+    step_tolerance: float
+
     @property
     def first_step(self) -> float: ...
     @property
@@ -106,7 +108,8 @@ class Together:
     def _start(self, dt: float) -> None:
         """One of the first steps of ``dt``, divided as its error demands."""
         natural = min(e.natural_time for e in self._ensembles)
-        allowed = max(STARTING * (dt / natural) ** 3, SMALLEST_STARTING)
+        step_tolerance = max(e.step_tolerance for e in self._ensembles)
+        allowed = max(STARTING * (dt / natural) ** 3, SMALLEST_STARTING) / step_tolerance
         end = self.reached + dt
         while (left := end - self.reached) > 1e-12 * dt:
             # Not a short rest at the end: the last two steps are of the same length.
@@ -136,7 +139,7 @@ class Together:
     # --- steps by error -----------------------------------------------------------------------------------------------
 
     def advance_to(self, time: float, tolerance: float) -> Iterator[float]:
-        """Advance past ``time`` in steps with errors below ``tolerance``, and show that time; yields the time reached.
+        """Advance past ``time`` in steps by error, and show that time; yields the time reached. tolerance: of a run.
 
         A rod whose step is not valid even if it is short is frozen.
         """
@@ -149,7 +152,7 @@ class Together:
     def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
         """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""
         move = self._try(dt)
-        error = norm(np.concatenate([e.error_of_step() for e in self._ensembles])) / tolerance
+        error = norm(np.concatenate([e.error_of_step() / e.step_tolerance for e in self._ensembles])) / tolerance
         if self.control.accepts(dt, error, move / LARGEST_MOVE, self.reached, unit):
             self._accept(move)
         else:

@@ -124,7 +124,8 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     found = []
     for name, rods in layout.ensembles.items():
         # No spacing: that of the nodes is a criterion of their number.
-        found += barrier_warnings(name, 0.0, steric.strength, steric.range, steric.core, isinstance(rods, FreeRods))
+        if isinstance(rods, FreeRods):
+            found += barrier_warnings(name, steric.strength, steric.range, steric.core)
     period = min((side for side in layout.scene.period if side), default=np.inf)
     if layout.scene.swimmers and period < 1 + steric.core:
         found.append(

@@ -13,7 +13,7 @@ from warp_rods.contact.surroundings import Surroundings
 from warp_rods.device import device as device_of
 from warp_rods.documented import Documented
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
-from warp_rods.rods.control import TOLERANCE, TOLERANCE_OF_A_STEP
+from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.together import LARGEST_MOVE, Together, exhaust
 from warp_rods.scene.scene import Scene
@@ -36,6 +36,7 @@ class Simulation(metaclass=Documented):
         self.scene, self.device = arguments.instance("scene", scene, Scene, made), device_of(device)
         self._known_failures: set[tuple[str, int]] = set()
         laid_out = layout.lay_out(scene, self.device)
+        self.scene = scene = laid_out.scene
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
         check_output(scene.output, self.ensembles)
         self.notes = laid_out.notes
@@ -53,8 +54,8 @@ class Simulation(metaclass=Documented):
             self._keep_step()
         self.frame = 0
         self.steps_taken = 0
-        """Steps since the start: planned ones, where a step that contact divides into substeps counts once; or the
-        largest number of steps of their own that a rod has taken."""
+        """Steps since the start: planned ones, where one that contact divides counts once; or the steps by error, of
+        rods in steps of their own the largest number."""
         self.stopped: str | None = None
         """The reason given by the hook that ended the run, if one did."""
         self._hooks: list[Hook] = []
@@ -193,14 +194,13 @@ class Simulation(metaclass=Documented):
 
     def _advance_to(self, time: float) -> Iterator[float]:
         """Advance to a time in steps chosen by error; yields the time reached from time to time."""
-        allowed = TOLERANCE_OF_A_STEP * self.tolerance
         if self.own_steps:
             for ensemble in self.ensembles.values():
-                ensemble.advance_by_error(time, allowed)
+                ensemble.advance_to(time, self.tolerance)
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
             yield time
         else:
-            for reached in self.together.advance_to(time, allowed):
+            for reached in self.together.advance_to(time, self.tolerance):
                 self.steps_taken = self.together.control.taken
                 yield reached
 

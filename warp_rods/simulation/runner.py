@@ -25,7 +25,6 @@ from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.output import chosen
 from warp_rods.simulation.report import Report
-from warp_rods.simulation.resolution import with_nodes
 from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
 from warp_rods.simulation.trajectory import GroupSpec
 
@@ -168,8 +167,6 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
     start = time.perf_counter()
     with console.status("compiling kernels (once on a machine, then cached) and placing rods …"):
         simulation = Simulation(scene, device)
-        numbers = {name: ensemble.nodes for name, ensemble in simulation.ensembles.items()}
-        simulation.scene = with_nodes(simulation.scene, numbers)
         simulation.warm_up()
     seconds = time.perf_counter() - start
     report.note(

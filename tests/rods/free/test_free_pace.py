@@ -21,7 +21,7 @@ def rods(device, rod=slice(None), **parameters):
 
 
 def to(time, tolerance, made):
-    made.advance_to(time, tolerance)
+    made.advance_to(time, tolerance / made.step_tolerance)
     assert (made.status == Status.OK).all()
     return made
 
@@ -113,6 +113,6 @@ def test_rods_that_cannot_be_resolved_are_frozen(device):
     """Bends beyond half a turn a cell stop a rod however short the steps, and do not stop the others."""
     parameters = {"bend": np.array([2e-6, 5e-3]), "twist": 1e-5, "moment": np.array([0.1, 0.0]), "shape": WRITHE}
     made = rods(device, **parameters)
-    made.advance_to(2.0, 1e-4)
+    made.advance_to(2.0, 1e-4 / made.step_tolerance)
     assert made.status.tolist() == [Status.TOO_BENT, Status.OK]
     assert np.isfinite(made.position).all() and made.failures()[0].time < 2.0

@@ -64,6 +64,7 @@ class FreeRods(FreeReadings, Ensemble):
     """
 
     saved = SWIMMER_VARIABLES
+    step_tolerance = 1e-2
 
     bend = Parameter("Bending stiffness β⊥ [rod]; the same as ``bending_stiffness``.")
     twist = Parameter(

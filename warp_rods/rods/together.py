@@ -25,6 +25,8 @@ SMALLEST_STARTING = 1e-9
 """The smallest error allowed in the first steps."""
 LONGEST_START = 32, 10.0
 """The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
+MOST_STARTING = 5000
+"""The largest number of parts of these steps."""
 
 
 SHARE_OF_LARGEST = 0.1
@@ -112,11 +114,15 @@ class Together:
         allowed = max(STARTING * (dt / natural) ** 3, SMALLEST_STARTING) / step_tolerance
         end = self.reached + dt
         while (left := end - self.reached) > 1e-12 * dt:
+            if self.control.taken >= MOST_STARTING:
+                self._take(left, dt / MOST_PARTS)
+                break
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
             self._follow_error(left if left <= step else min(step, left / 2), allowed, dt)
         longest = max(LONGEST_START[0] * dt, LONGEST_START[1] * natural)
-        self._starting = self.control.step < dt and self.reached < longest
+        in_time = self.reached < longest and self.control.taken < MOST_STARTING
+        self._starting = self.control.step < dt and in_time
 
     def _take_parts(self, dt: float) -> None:
         """A step of ``dt`` in the present number of parts, or more of them."""

@@ -101,34 +101,45 @@ def set_block_rows(rod: int, rods: Swimmers, star: Shape, a: real, balance: Bala
     b = rods.bending_stiffness[rod] * square * square
     c = real(-0.5) * rods.twist_stiffness[rod] * square * per_length
     half = real(0.5) * per_length
-    two, four = real(2.0), real(4.0)
+    two = real(2.0)
     set_identity_rows(rod, last, balance)
+    m = balance.transverse_mobility[rod, 0]
+    m_after = balance.transverse_mobility[rod, 1]
+    tau = c * half_twist(rod, -1, last, star)
+    tau_after = c * half_twist(rod, 0, last, star)
+    tau_after2 = c * half_twist(rod, 1, last, star)
+    u0_next = half * balance.axial_velocity[rod, 0]
     for node in range(1, last):
-        m_before = balance.transverse_mobility[rod, node - 1]
-        m = balance.transverse_mobility[rod, node]
+        m_before = m
+        m = m_after
         m_after = balance.transverse_mobility[rod, node + 1]
-        n_before, n, n_after = turned_twice(m_before), turned_twice(m), turned_twice(m_after)
-        p_before, p, p_after = c * turned(m_before), c * turned(m), c * turned(m_after)
-        after2 = half_twist(rod, node + 1, last, star) * p_after
-        after = half_twist(rod, node, last, star) * (p_after + two * p)
-        before = half_twist(rod, node - 1, last, star) * (two * p + p_before)
-        before2 = half_twist(rod, node - 2, last, star) * p_before
-        u0 = half * balance.axial_velocity[rod, node - 1]
+        tau_before2 = tau
+        tau = tau_after
+        tau_after = tau_after2
+        tau_after2 = c * half_twist(rod, node + 1, last, star)
+        u0 = u0_next
         u0_next = half * balance.axial_velocity[rod, node]
-        pull_before = (square * balance.tension[rod, node - 1]) * n_before
-        pull = (two * square * balance.tension[rod, node]) * n
-        pull_after = (square * balance.tension[rod, node + 1]) * n_after
-        turn = turned(identity(balance.bishop_roll_rate[rod, node]))
-        centre = b * (four * n + (n_before + n_after)) + pull + identity(a + u0 - u0_next) + before - after + turn
-        balance.block_lower2[rod, node] = b * n_before - before2
-        balance.block_lower[rod, node] = (-two * b) * (n_before + n) - pull_before + identity(u0) + before - before2
-        balance.block_upper[rod, node] = (-two * b) * (n + n_after) - pull_after - identity(u0_next) + after2 - after
-        balance.block_upper2[rod, node] = b * n_after + after2
+        pull_before = square * balance.tension[rod, node - 1]
+        pull = square * balance.tension[rod, node]
+        pull_after = square * balance.tension[rod, node + 1]
+        lower2 = turned_twice(b * m_before) - turned(tau_before2 * m_before)
+        lower = turned((tau - tau_before2) * m_before + (two * tau) * m)
+        lower += identity(u0) - turned_twice((two * b + pull_before) * m_before + (two * b) * m)
+        centre = turned(tau * m_before + (two * (tau - tau_after)) * m - tau_after * m_after)
+        centre += turned_twice(b * (m_before + m_after) + (real(4.0) * b + two * pull) * m)
+        centre += identity(a + u0 - u0_next) + turned(identity(balance.bishop_roll_rate[rod, node]))
+        upper = turned((tau_after2 - tau_after) * m_after - (two * tau_after) * m)
+        upper -= identity(u0_next) + turned_twice((two * b + pull_after) * m_after + (two * b) * m)
+        upper2 = turned_twice(b * m_after) + turned(tau_after2 * m_after)
         if node == 1:  # the mirror image of z_(-1) is z_1
-            centre += balance.block_lower2[rod, node]
+            centre += lower2
         if node == last - 1:
-            centre += balance.block_upper2[rod, node]
+            centre += upper2
+        balance.block_lower2[rod, node] = lower2
+        balance.block_lower[rod, node] = lower
         balance.block_diagonal[rod, node] = centre
+        balance.block_upper[rod, node] = upper
+        balance.block_upper2[rod, node] = upper2
 
 
 @wp.func

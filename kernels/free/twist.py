@@ -51,53 +51,45 @@ def half_bending(rod: int, half: int, shape: Shape):
 
 
 @wp.func
-def next_coupling(rod: int, half: int, last: int, star: Shape, balance: Balance):
-    """k_j·m_(j+1) k_(j+1) of neighbouring half nodes j and j + 1, m = 1/ζ⊥ of the node between; 0 beyond the ends."""
-    if half < 0 or half > last - 2:
-        return real(0.0)
-    between = balance.transverse_mobility[rod, half + 1]
-    return wp.dot(half_bending(rod, half, star), between * half_bending(rod, half + 1, star))
-
-
-@wp.func
-def own_coupling(rod: int, half: int, last: int, star: Shape, balance: Balance):
-    """k_j·(m_j + m_(j+1)) k_j of a half node; the shear is odd beyond the ends, which doubles m there."""
-    before = balance.transverse_mobility[rod, half]
-    after = balance.transverse_mobility[rod, half + 1]
-    if half == 0:
-        before = real(2.0) * before
-    if half == last - 1:
-        after = real(2.0) * after
-    k = half_bending(rod, half, star)
-    return wp.dot(k, (before + after) * k)
-
-
-@wp.func
 def set_twist_rows(rod: int, rods: Swimmers, star: Shape, a: real, balance: Balance):
-    """Rows of a − J. With A of neighbouring half nodes and B of one, Re(k̄ [(c z k)'/ζ⊥]') at a half node j is
-    c (A_j z_(j+1) − B_j z_j + A_(j−1) z_(j−1))/Δs², where z is the mean of both nodes; its mean is taken at nodes."""
+    """Rows of a − J.
+
+    Re(k̄ [(c z k)'/ζ⊥]') at a half node j is c (A_j z_(j+1) − B_j z_j + A_(j−1) z_(j−1))/Δs² with the means z_j of both
+    nodes, A_j = k_j·m_(j+1) k_(j+1), B_j = k_j·(m_j + m_(j+1)) k_j and m = 1/ζ⊥ of the nodes j and j + 1 beside it. The
+    shear is odd beyond the ends, which doubles m there. At a node it is the mean of both half nodes.
+    """
     last = star.twist.shape[1] - 1
+    two = real(2.0)
     c = rods.twist_stiffness[rod] / (rods.spacing * rods.spacing)
     diffusion = c / rods.rotational_drag[rod]
     g = real(0.25) * c
-    A_before2 = real(0.0)
+    k = half_bending(rod, 0, star)
+    m_k = balance.transverse_mobility[rod, 1] * k
     A_before = real(0.0)
-    A = next_coupling(rod, 0, last, star, balance)
-    B_before = own_coupling(rod, 0, last, star, balance)
+    B = wp.dot(k, two * (balance.transverse_mobility[rod, 0] * k) + m_k)
+    k_after = half_bending(rod, 1, star)
+    A = wp.dot(m_k, k_after)
     set_zero_end_rows(rod, last, balance)
     balance.upper2[rod, 0] = real(0.0)
     balance.lower2[rod, last] = real(0.0)
     for node in range(1, last):
         A_before2 = A_before
         A_before = A
-        A = next_coupling(rod, node, last, star, balance)
-        B = own_coupling(rod, node, last, star, balance)
+        B_before = B
+        k = k_after
+        m_k = balance.transverse_mobility[rod, node + 1] * k
+        A = real(0.0)
+        if node < last - 1:
+            k_after = half_bending(rod, node + 1, star)
+            A = wp.dot(m_k, k_after)
+        else:
+            m_k = two * m_k
+        B = wp.dot(k, balance.transverse_mobility[rod, node] * k + m_k)
         balance.lower2[rod, node] = -g * A_before2
         balance.lower[rod, node] = g * (B_before - A_before2 - A_before) - diffusion
-        balance.diagonal[rod, node] = a + real(2.0) * diffusion + g * (B_before + B - real(2.0) * A_before)
+        balance.diagonal[rod, node] = a + two * diffusion + g * (B_before + B - two * A_before)
         balance.upper[rod, node] = g * (B - A_before - A) - diffusion
         balance.upper2[rod, node] = -g * A
-        B_before = B
 
 
 @wp.func

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import warp as wp
+from examples.contact_steps import take_steps, try_one
 from examples.free import in_space, slope
 
 from warp_rods.errors import SceneError
@@ -65,17 +66,24 @@ def test_second_order_under_a_force_of_place_and_time(device, external, shape):
 
 
 def test_a_function_is_evaluated_at_the_end_of_the_step(device):
-    """Once a step, at the time of its end; the first step is divided."""
-    times = []
+    """Once a step, at the time of its end and at the extrapolated places."""
+    times, places = [], []
 
     def push(t, x, R):
         times.append(t)
+        places.append(x)
         return np.full_like(x, t)
 
     rods = in_space(device, 33, external=push)
-    rods.step(0.1)
-    lengths = np.array([1, *2.0 ** np.arange(10)]) / 2**10 * 0.1
-    np.testing.assert_allclose(times, np.cumsum(lengths), rtol=1e-12)
+    take_steps(rods, 0.01, 2)
+    before = rods.position
+    places.clear(), times.clear()
+    try_one(rods, 0.01)
+    np.testing.assert_allclose(times, [0.03], rtol=1e-12)
+    foretold = places[0]
+    rods.accept_step()
+    rods.finish_step()
+    assert 0 < abs(rods.position - foretold).max() < 0.2 * abs(rods.position - before).max()
 
 
 def test_readings_have_no_side_effects(make):

@@ -47,7 +47,7 @@ class BoundRods(BoundReadings, Ensemble):
     """
 
     saved = FILAMENT_VARIABLES
-    step_tolerance = 1e-3
+    step_tolerance = 5e-4
 
     length = Parameter("Length at the start [rod].")
     stiffness = Parameter("Stiffness B of twist, normal and geodesic bending [rod, 3].")

@@ -38,9 +38,15 @@ def growing(step: float, strength: float = 10.0) -> Simulation:
 
 
 def test_a_refinement_in_a_step_that_is_repeated_stays_and_changes_no_place(monkeypatch):
-    """Nodes may move so little that the first steps are too long; the filament is refined in the second step."""
+    """Nodes may move so little that steps are too long; the filament is refined in the second step of all."""
     monkeypatch.setattr(together, "LARGEST_MOVE", 0.002)
-    run = growing(4e-4)
+
+    def undivided(step):
+        run = growing(step)
+        run.together._starting, run.together._longest = False, step
+        return run
+
+    run = undivided(4e-4)
     sensor, tried = run.ensembles["sensor"], []
     attempt = run.together._try
 
@@ -53,7 +59,7 @@ def test_a_refinement_in_a_step_that_is_repeated_stays_and_changes_no_place(monk
     monkeypatch.setattr(run.together, "_try", watched)
     finish(run)
     assert (33, 65, True) in tried and sensor.nodes == 65 and not run.together.unresolved
-    again = growing(4e-4)
+    again = undivided(4e-4)
     finish(again)
     monkeypatch.undo()
     plain = growing(1e-4)

@@ -273,7 +273,10 @@ def test_a_state_that_does_not_fit_changes_nothing(make):
         ({**before, "status": before["status"][:1]}, r"state\['status'\]: has shape \(1,\); must be .* \(2,\)"),
         (make(nodes=35).state(), rf"state\['{some}'\]: has shape \(2, 35.*must be numbers of shape \(2, 33"),
         ({**before, "force": np.zeros((2, 33, 3))}, "state: has no 'force_previous'"),
-        ({**before, **dict.fromkeys(FORCE_STATE, np.zeros((2, 35, 3)))}, r"state\['force'\]: has shape .* \(2, 33, 3\)"),
+        (
+            {**before, **dict.fromkeys(FORCE_STATE, np.zeros((2, 35, 3)))},
+            r"state\['force'\]: has shape .* \(2, 33, 3\)",
+        ),
     ):
         with pytest.raises(SceneError, match=said):
             rods.restore(wrong)

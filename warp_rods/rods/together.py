@@ -46,7 +46,7 @@ class Rods(Protocol):
     def reached(self) -> float: ...
 
     def set_step(self, dt: float) -> None: ...
-    def prepare_step(self, dt: float) -> None: ...
+    def prepare_step(self, dt: float) -> bool: ...
     def predict_step(self) -> None: ...
     def apply_given_force(self) -> None: ...
     def try_step(self) -> None: ...
@@ -174,9 +174,13 @@ class Together:
 
     def _try(self, dt: float) -> float:
         """Try a step of ``dt``; returns the largest displacement of a node since the last step, in units of ε."""
+        replaced = False
         for ensemble in self._ensembles:
             ensemble.set_step(dt)
-            ensemble.prepare_step(dt)
+            replaced |= ensemble.prepare_step(dt)
+        if replaced and self._forces is not None:
+            self._keep_present()
+        for ensemble in self._ensembles:
             ensemble.predict_step()
         move = 0.0 if self._forces is None else self._forces.apply()
         for ensemble in self._ensembles:
@@ -193,10 +197,15 @@ class Together:
         for ensemble in self._ensembles:
             ensemble.accept_step()
             ensemble.finish_step()
-        if lost and self._forces is not None:  # a rod that is frozen acts on the others where it was
-            for ensemble in self._ensembles:
-                ensemble.show()
-            self._forces.keep()
+        if lost:  # a rod that is frozen acts on the others where it was
+            self._keep_present()
+
+    def _keep_present(self) -> None:
+        """Count displacements from the present state on, where the last step has put positions at another one."""
+        assert self._forces is not None
+        for ensemble in self._ensembles:
+            ensemble.show()
+        self._forces.keep()
 
     # --- state --------------------------------------------------------------------------------------------------------
 

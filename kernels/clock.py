@@ -8,6 +8,4 @@ import warp as wp
 wp.set_module_options({"enable_backward": False})
 
 STEP = wp.constant(0)
-"""Index of Δt in the clock array."""
-TIME = wp.constant(1)
-"""Index of the time t that the steps have reached."""
+"""Index of Δt in the clock array; the time that the steps have reached follows it."""

@@ -13,7 +13,6 @@ second order in Δs. Drag along and drag across are kept apart: D is replaced by
 
 import warp as wp
 
-from warp_rods.kernels.clock import STEP, TIME
 from warp_rods.kernels.free.state import Balance, Contact, Load, Swimmers, Trial
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 
@@ -97,14 +96,14 @@ def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, 
 def force_field(function):
     """A kernel that evaluates ``function(x, tangent, t)``, a ``wp.func``, at every node; ``dim = (rods, nodes)``.
 
-    ``ahead``: 0 at the present time, 1 at the end of the step.
+    The first two numbers of ``time`` add up to t: the clock gives the end of the step.
     """
 
     @wp.kernel(module="unique", enable_backward=False)
-    def evaluate(position: Vectors2D, rotation: Matrices2D, clock: Scalars1D, ahead: real, force: Vectors2D):
+    def evaluate(position: Vectors2D, rotation: Matrices2D, time: Scalars1D, force: Vectors2D):
         rod, node = wp.tid()
         R = rotation[rod, node]
         tangent = wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
-        force[rod, node] = function(position[rod, node], tangent, clock[TIME] + ahead * clock[STEP])
+        force[rod, node] = function(position[rod, node], tangent, time[0] + time[1])
 
     return evaluate

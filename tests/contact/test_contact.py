@@ -33,7 +33,7 @@ def collision(kind: str, nodes: int = 33, *, steric=SMOOTH, end=0.5, step=1e-3, 
         "name": "cells", "count": 2, "nodes": nodes, "bend": 5e-3, "twist": 1e-3, "flagella": {"profile": "uniform"},
         "shape": {"kind": "straight"}, "placement": {"position": position, "direction": direction}, **table,
     }  # fmt: skip
-    time = {"end": end, "step": step, "save_every": every or end}
+    time = {"end": end, "save_every": every or end} | ({} if step is None else {"step": step})
     return Simulation(Scene.parse({"swimmers": [cells], "steric": steric, "time": time}), "cpu")
 
 
@@ -95,13 +95,21 @@ def test_a_collision_is_second_order_in_the_spacing(kind):
 
 @pytest.mark.parametrize("kind", COLLISIONS)
 def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
-    """Steps of 0.02, with contact rates of thousands, would be unstable without substeps."""
-    long = collision(kind, steric=HARD, end=0.8, step=0.02)
-    found = frames(long)
-    short = collision(kind, steric=HARD, end=0.8, step=2.5e-4)
-    expected = frames(short)[-1]
-    assert long.together.finest > 1 and not long.together.unresolved
-    assert np.abs(found[-1]["position"] - expected["position"]).max() < 2e-3
+    """Up to its error of second order. Contact rates of thousands would make explicit steps above 4e-4 unstable."""
+    expected = frames(collision(kind, steric=HARD, end=0.8, step=1.25e-4))[-1]["position"]
+
+    def error(run):
+        found = frames(run)[-1]["position"]
+        assert not run.together.unresolved
+        return np.abs(found - expected).max()
+
+    lengths = np.array([0.01, 0.005, 0.0025, 0.00125])
+    errors = [error(collision(kind, steric=HARD, end=0.8, step=step)) for step in lengths]
+    assert slope(1 / lengths, errors) == pytest.approx(2, abs=0.2), errors
+    assert errors[2] < 3e-4
+    divided = collision(kind, steric=HARD, end=0.8, step=0.02)
+    assert error(divided) < 1.01 * errors[0] and divided.together.finest == 2
+    assert error(collision(kind, steric=HARD, end=0.8, step=None)) < 2e-3
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
@@ -148,7 +156,7 @@ def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch):
     bits = []
     for nodes in (slices.NODES_PER_THREAD, 20):
         monkeypatch.setattr(slices, "NODES_PER_THREAD", nodes)
-        run = collision("crossed", steric=HARD, end=0.4, step=0.02)
+        run = collision("crossed", steric=HARD, end=0.8, step=0.02)
         bits.append(frames(run)[-1]["position"].tobytes())
         assert run.together.finest > 1
     assert bits[0] == bits[1]
@@ -197,13 +205,25 @@ def test_saving_more_often_does_not_change_the_bits():
 
 
 def test_contact_that_the_shortest_substeps_do_not_resolve_is_reported(monkeypatch):
-    """Two nearly coincident swimmers that fly apart, with at most two substeps in a step."""
+    """Swimmers move by a quarter of the core in a step; less is allowed, with at most two substeps."""
+    monkeypatch.setattr(together, "LARGEST_MOVE", LARGEST_MOVE / 5)
+    for most in (2, MOST_PARTS):
+        monkeypatch.setattr(together, "MOST_PARTS", most)
+        run = collision("crossed", steric=HARD, end=0.8, step=0.02)
+        frames(run)
+        told = [line for line in run.new_warnings() if "rods may have passed through each other" in line]
+        assert run.together.unresolved == (most == 2) == bool(told)
+        assert run.together.finest == 2 if most == 2 else 2 < run.together.finest <= MOST_PARTS
+
+
+def test_rods_that_start_nearly_in_one_place_fly_apart(monkeypatch):
+    """The first steps are divided as their error demands, however few substeps later ones may have."""
     monkeypatch.setattr(together, "MOST_PARTS", 2)
     place = {"placement": {"position": [[0, 0, 0], [0, 0.01, 0]]}}
-    run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
-    frames(run)
-    assert run.together.unresolved and run.together.finest == 2
-    monkeypatch.undo()
-    run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=1e-3, **place)
-    frames(run)
-    assert not run.together.unresolved and 2 < run.together.finest <= MOST_PARTS
+    found = []
+    for step in (1e-3, 1e-4):
+        run = collision("head-on", steric={**HARD, "strength": 2e4}, end=0.02, step=step, **place)
+        found.append(frames(run))
+        assert not run.together.unresolved and run.together.control.taken > 20
+    apart = [np.abs(f[-1]["position"][0, 16] - f[-1]["position"][1, 16]).max() for f in found]
+    assert apart[0] > 0.05 and apart[0] == pytest.approx(apart[1], rel=1e-2)

@@ -12,6 +12,7 @@ from warp_rods.contact.walls import Walls, caps_of
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.surfaces import Surface
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.together import Together, exhaust
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
@@ -108,6 +109,22 @@ def test_walls_add_to_the_present_forces_and_distant_walls_add_nothing(device):
         assert not walls.energies()[0].any()
 
 
+class Pushed:
+    """Walls as the forces of steps."""
+
+    def __init__(self, rods: FreeRods, walls: Walls):
+        self._rods, self._walls = rods, walls
+
+    def apply(self) -> float:
+        self._rods.force_array.zero_()
+        self._rods.contact_stiffness_array.zero_()
+        self._walls.add_forces()
+        return 0.0
+
+    def keep(self) -> None:
+        pass
+
+
 def upright(nodes: int, device, **other) -> FreeRods:
     """A straight rod that swims along z with f = 1."""
     R = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -120,10 +137,7 @@ def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device):
     """Σ w_i k (depth − i Δs)₊ = ∫ f ds = 1; for many nodes the tip is √(2/k) deep, less than the range of the wall."""
     rod, height = upright(nodes, device), 1.3
     walls = Walls([rod], height, STRENGTH, RANGE, device=device)
-    for _ in range(1000):
-        rod.force_array.zero_()
-        walls.add_forces()
-        rod.step(6e-4)
+    exhaust(Together([rod], Pushed(rod, walls)).advance(6e-4, 1000))
     h = 1 / (nodes - 1)
     deep = rod.position[0, -1, 2] - (height / 2 - RANGE)
     weights = np.full(nodes, h)
@@ -159,15 +173,15 @@ def test_swimmers_stay_in_a_sphere(device):
     )  # fmt: skip
     walls = Walls([rods], sphere, STRENGTH, RANGE, device=device)
     farthest, contacts = np.zeros(4), np.zeros(4)
+    steps = Together([rods], Pushed(rods, walls))
     for _ in range(100):
-        for _ in range(200):
-            rods.force_array.zero_()
-            walls.add_forces()
-            rods.step(5e-4)
+        exhaust(steps.advance(1e-3, 100))
+        rods.show()
+        walls.add_forces()
         farthest = np.maximum(farthest, np.linalg.norm(rods.position, axis=-1).max(axis=1))
         contacts += walls.energies()[0] > 0
     assert (rods.status == 0).all()
-    assert (contacts > 50).all()
+    assert (contacts > 90).all()
     assert ((farthest > 1 - RANGE) & (farthest < 1.0)).all()
 
 
@@ -186,9 +200,13 @@ class PassiveRods:
         self.neighbours = Neighbours([self.rods], 2.0, 0.1, 0.15, device)
         self.walls = Walls([self.rods], 0.25, 20.0, 0.1, device=device)
 
-    def apply_forces(self) -> None:
-        self.neighbours.apply()
+    def apply(self) -> float:
+        move = self.neighbours.apply() / self.neighbours.core
         self.walls.add_forces()
+        return move
+
+    def keep(self) -> None:
+        self.neighbours.keep()
 
     @property
     def energies(self) -> np.ndarray:
@@ -198,11 +216,11 @@ class PassiveRods:
 
     def run(self, end: float, steps: int) -> tuple[np.ndarray, float]:
         """The decrease of the energies, and the dissipated energy by the trapezoid rule."""
-        self.apply_forces()
+        self.apply()
         before, drag = self.energies, [self.rods.dissipation.sum()]
-        for _ in range(steps):
-            self.rods.step(end / steps)
-            self.apply_forces()
+        for _ in Together([self.rods], self).advance(end / steps, steps):
+            self.rods.show()
+            self.apply()
             drag.append(self.rods.dissipation.sum())
         return before - self.energies, float(np.trapezoid(drag, dx=end / steps))
 

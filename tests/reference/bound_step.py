@@ -1,12 +1,13 @@
 """The time step of a surface-bound filament and the reconstruction of its frames in NumPy (docs/model.md §3; D.5)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from reference.bound import State, evaluate, middle, resistance, strain
 from reference.free import lagrange
-from reference.lie import hat
+from reference.free_motion import screw
+from reference.lie import frame_matrix, hat
 
 SWEEPS = 2
 """Fixed-point sweeps of (D.81), (D.82) in each cell."""
@@ -53,32 +54,30 @@ def rebuild(rod, geodesic, node, R, r, sweeps=SWEEPS):
 
 @dataclass
 class Past:
-    """Levels of a filament, newest first: times, Ω [node], angle ψ of the tracked node; its frame, and its rates."""
+    """Levels of a filament, newest first: times, Ω [node], angle ψ and frames (R, r) of the tracked node."""
 
     times: list
     geodesic: list
     turn: list
-    rotation: np.ndarray
-    position: np.ndarray
-    spin: list = field(default_factory=list)
-    velocity: list = field(default_factory=list)
+    frames: list
 
 
 def start(rod, state):
     """A filament that has not taken a step."""
     m = len(state.geodesic) // 2
-    return Past([0.0], [state.geodesic], [0.0], state.rotation[m], state.position[m])
+    return Past([0.0], [state.geodesic], [0.0], [(state.rotation[m], state.position[m])])
 
 
-def carried(rod, past, times, spins, velocities, begin, end, turn):
-    """The tracked frame after a Magnus step with the rates of these times; its angle about n is ``turn``."""
-    h = end - begin
-    nodes = [(begin + end) / 2 + side * h * np.sqrt(3) / 6 for side in (-1, 1)]
-    weights = [lagrange(times, x)[0] for x in nodes]
-    (w1, u1), (w2, u2) = ([np.tensordot(w, x, 1) for x in (spins, velocities)] for w in weights)
-    theta = h / 2 * (w1 + w2) + np.sqrt(3) / 12 * h**2 * np.cross(w1, w2)
-    mu = h / 2 * (u1 + u2) + np.sqrt(3) / 12 * h**2 * (np.cross(w1, u2) - np.cross(w2, u1))
-    R, r = exp_step(past.rotation, past.position, np.array([theta[0], theta[1], turn]), mu)
+def moved(rod, past, weights, theta, mu, turn):
+    """The tracked frame at Σ w x + (θ, µ), where x are the screws from its newest frame to those of the levels.
+
+    Its angle about n changes by ``turn``.
+    """
+    R, r = past.frames[0]
+    for weight, frame in zip(weights[1:], past.frames[1:], strict=False):
+        last_theta, last_mu = screw(np.linalg.inv(frame_matrix(R, r)) @ frame_matrix(*frame))
+        theta, mu = theta + weight * last_theta, mu + weight * last_mu
+    R, r = exp_step(R, r, np.array([theta[0], theta[1], turn]), mu)
     r = rod.surface.newton(rod.surface.newton(r))
     return rod.surface.frame(r, R[:, 0]), r
 
@@ -110,12 +109,10 @@ def step(rod, past, t, force, order=2):
     d = np.array(slopes[1:]) + a * np.array(values)
     star = np.tensordot(values, past.geodesic[:levels], 1)
     turn = np.dot(values, past.turn[:levels])
-    R, r = past.rotation, past.position
-    known = min(len(past.spin), max(levels, 2))
-    if known:
-        rates = (past.times[:known], past.spin[:known], past.velocity[:known])
-        R, r = carried(rod, past, *rates, times[0], t, turn - past.turn[0])
-    motion = evaluate(rod, rebuild(rod, star, m, R, r), force)
+    frame = past.frames[0]
+    if levels > 1:
+        frame = moved(rod, past, values, np.zeros(3), np.zeros(3), turn - past.turn[0])
+    motion = evaluate(rod, rebuild(rod, star, m, *frame), force)
 
     to_nodes, to_velocity = angle_operators(rod, motion.curvature)
     source = h * (motion.rate - np.tensordot(d, past.geodesic[:levels], 1))
@@ -132,16 +129,11 @@ def step(rod, past, t, force, order=2):
     velocity = motion.velocity[m] + np.array([0, du2, 0])
     spin = motion.spin[m] + np.array([K[2] * du2, -K[1] * du2, 0])
     spin[2] = a * increment + np.dot(d, past.turn[:levels])
-    new = Past(
-        [t, *past.times], [geodesic, *past.geodesic], [turn + increment, *past.turn], past.rotation, past.position,
-        [spin, *past.spin], [velocity, *past.velocity],
-    )  # fmt: skip
-    known = min(len(new.spin), max(levels, 2))
-    rates = (new.times[:known], new.spin[:known], new.velocity[:known])
-    new.rotation, new.position = carried(rod, past, *rates, times[0], t, new.turn[0] - new.turn[1])
-    return new
+    turn += increment
+    frame = moved(rod, past, values - d / a, spin / a, velocity / a, turn - past.turn[0])
+    return Past([t, *past.times], [geodesic, *past.geodesic], [turn, *past.turn], [frame, *past.frames])
 
 
 def state_of(rod, past):
     """The state of the newest level."""
-    return rebuild(rod, past.geodesic[0], len(past.geodesic[0]) // 2, past.rotation, past.position)
+    return rebuild(rod, past.geodesic[0], len(past.geodesic[0]) // 2, *past.frames[0])

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from examples.contact_steps import take_steps
 from examples.free import in_space
 
 from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
-from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.ensemble import FORCE_STATE, TELL, Ensemble
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
 
@@ -142,16 +143,31 @@ def test_power_minus_dissipation_is_the_rate_of_energy(make):
     assert np.abs(rods.power).max() > 0.1 * rods.dissipation.max()
 
 
-def test_a_step_above_the_bound_is_warned_of_once(make, caplog):
+def test_steps_with_a_large_error_are_told_once(make, caplog):
+    """After the steps, with the rod of the largest error and what to do; good steps are not told."""
     rods = make()
-    limit = rods.step_limit.step
-    rods.step(limit, 2)
+    rods.step(STEP, 20)
     assert not caplog.messages
-    rods.step(1.5 * limit)
-    rods.step(2 * limit)
-    (said,) = caplog.messages
-    assert f"dt = {1.5 * limit:g} is above {limit:.3g}, the bound on the step of <" in said
-    assert rods.step_limit.reason in said and "use a smaller step" in said
+    take_steps(rods, 0.3, 1)
+    assert not caplog.messages
+    rods.step(STEP)
+    (record,) = caplog.records
+    largest = rods.pace_arrays.largest_error.numpy()
+    rod = int(np.argmax(largest))
+    assert largest[rod] > TELL and rods.status[rod] == Status.OK
+    assert record.name == "warp_rods" and record.levelname == "WARNING"
+    assert f"{rods!r}: by t = {rods.time:g} a step of rod {rod} had an error of {largest[rod]:.2g}" in record.message
+    assert "use shorter steps, or let the error choose them" in record.message
+    rods.step(0.3)
+    assert len(caplog.records) == 1
+
+
+def test_a_loop_of_steps_that_are_far_too_long_is_told_once(make, caplog):
+    rods = make()
+    for _ in range(6):
+        rods.step(0.5)
+    assert (rods.status == Status.OK).any()
+    assert len(caplog.messages) == 1 and "a step of rod" in caplog.messages[0]
 
 
 def test_parameters_are_fixed(make):
@@ -252,10 +268,15 @@ def test_a_state_that_does_not_fit_changes_nothing(make):
         ({}, f"state: has no '{some}'; must be a state of {type(rods).__name__}"),
         (None, "state = None: must be a mapping of arrays"),
         ({name: before[name] for name in before if name != "clock"}, "state: has no 'clock'"),
-        ({**before, "clock": before["clock"][:2]}, r"state\['clock'\]: has shape \(2,\); must be numbers of .*\(6,\)"),
+        ({**before, "clock": before["clock"][:2]}, r"state\['clock'\]: has shape \(2,\); must be numbers of .*\(5,\)"),
+        ({**before, "steps": before["steps"][:6]}, r"state\['steps'\]: has shape \(6,\); must be numbers of .*\(8,\)"),
         ({**before, "status": before["status"][:1]}, r"state\['status'\]: has shape \(1,\); must be .* \(2,\)"),
         (make(nodes=35).state(), rf"state\['{some}'\]: has shape \(2, 35.*must be numbers of shape \(2, 33"),
-        ({**before, "force": np.zeros((2, 35, 3))}, r"state\['force'\]: has shape .* \(2, 33, 3\)"),
+        ({**before, "force": np.zeros((2, 33, 3))}, "state: has no 'force_previous'"),
+        (
+            {**before, **dict.fromkeys(FORCE_STATE, np.zeros((2, 35, 3)))},
+            r"state\['force'\]: has shape .* \(2, 33, 3\)",
+        ),
     ):
         with pytest.raises(SceneError, match=said):
             rods.restore(wrong)

@@ -44,8 +44,10 @@ def barrier_warnings(name: str, strength: float, range: float, core: float) -> l
     found = []
     force = flank_force(strength, range, core)
     if 0 < force < SUFFICIENT_FORCE:
+        enough = strength * SUFFICIENT_FORCE / force
+        unit = 10.0 ** (np.floor(np.log10(enough)) - 2)
         found.append(
             f"{name}: the steric barrier withstands a force of {force:.2g} at most, and a swimmer pushes with 1: "
-            f"rods may pass through each other; use steric.strength = {strength * SUFFICIENT_FORCE / force:.3g} or more"
+            f"rods may pass through each other; use steric.strength = {np.ceil(enough / unit) * unit:.3g} or more"
         )
     return found

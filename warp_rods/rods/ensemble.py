@@ -259,8 +259,9 @@ class Ensemble(Readings):
     def natural_time(self) -> float:
         """The shortest time in which a rod changes as a whole."""
 
-    def prepare_step(self, dt: float) -> None:
-        """Work on the host before a step of ``dt``."""
+    def prepare_step(self, dt: float) -> bool:
+        """Work on the host before a step of ``dt``; returns whether it has replaced the arrays on the device."""
+        return False
 
     def predict_step(self) -> None:
         """Launch what puts ``position_array`` at the end of the step, as far as it can be foretold, for contact."""

@@ -27,8 +27,8 @@ LONGEST_START = 32, 10.0
 """The time for which the first steps of a given length are divided at most, in steps and in τ; the longer counts."""
 MOST_STARTING = 5000
 """The largest number of parts of these steps."""
-
-
+LONGER = 2.0
+"""The ratio of a step of a given length to the longest one before above which the steps start again."""
 SHARE_OF_LARGEST = 0.1
 """The largest error of a rod may exceed the allowed root mean square by the inverse."""
 
@@ -46,7 +46,7 @@ class Rods(Protocol):
     def reached(self) -> float: ...
 
     def set_step(self, dt: float) -> None: ...
-    def prepare_step(self, dt: float) -> None: ...
+    def prepare_step(self, dt: float) -> bool: ...
     def predict_step(self) -> None: ...
     def apply_given_force(self) -> None: ...
     def try_step(self) -> None: ...
@@ -82,6 +82,8 @@ class Together:
         """Steps whose length follows their error."""
         self._starting = True
         """Whether the next step of a given length is one of the first, which are divided as their error demands."""
+        self._started, self._longest = self.reached, 0.0
+        """When the first steps began, and the longest step of a given length since."""
         self._parts = 1
         """Parts of a step of a given length, so that no node moves too far: a power of 2."""
         self.finest = 1
@@ -99,6 +101,9 @@ class Together:
     def advance(self, dt: float, steps: int) -> Iterator[int]:
         """Take ``steps`` steps of ``dt``; yields the number of steps taken after each."""
         for done in range(1, steps + 1):
+            if dt > LONGER * self._longest:
+                self._starting, self._started = True, self.reached
+            self._longest = max(self._longest, dt)
             if self._starting:
                 self._start(dt)
             else:
@@ -111,7 +116,7 @@ class Together:
         """One of the first steps of ``dt``, divided as its error demands."""
         natural = min(e.natural_time for e in self._ensembles)
         step_tolerance = max(e.step_tolerance for e in self._ensembles)
-        allowed = max(STARTING * (dt / natural) ** 3, SMALLEST_STARTING) / step_tolerance
+        allowed = max(STARTING * (self._longest / natural) ** 3, SMALLEST_STARTING) / step_tolerance
         end = self.reached + dt
         while (left := end - self.reached) > 1e-12 * dt:
             if self.control.taken >= MOST_STARTING:
@@ -120,9 +125,9 @@ class Together:
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
             self._follow_error(left if left <= step else min(step, left / 2), allowed, dt)
-        longest = max(LONGEST_START[0] * dt, LONGEST_START[1] * natural)
-        in_time = self.reached < longest and self.control.taken < MOST_STARTING
-        self._starting = self.control.step < dt and in_time
+        duration = max(LONGEST_START[0] * self._longest, LONGEST_START[1] * natural)
+        in_time = self.reached < self._started + duration and self.control.taken < MOST_STARTING
+        self._starting = self.control.step < self._longest and in_time
 
     def _take_parts(self, dt: float) -> None:
         """A step of ``dt`` in the present number of parts, or more of them."""
@@ -169,9 +174,13 @@ class Together:
 
     def _try(self, dt: float) -> float:
         """Try a step of ``dt``; returns the largest displacement of a node since the last step, in units of ε."""
+        replaced = False
         for ensemble in self._ensembles:
             ensemble.set_step(dt)
-            ensemble.prepare_step(dt)
+            replaced |= ensemble.prepare_step(dt)
+        if replaced and self._forces is not None:
+            self._keep_present()
+        for ensemble in self._ensembles:
             ensemble.predict_step()
         move = 0.0 if self._forces is None else self._forces.apply()
         for ensemble in self._ensembles:
@@ -188,21 +197,27 @@ class Together:
         for ensemble in self._ensembles:
             ensemble.accept_step()
             ensemble.finish_step()
-        if lost and self._forces is not None:  # a rod that is frozen acts on the others where it was
-            for ensemble in self._ensembles:
-                ensemble.show()
-            self._forces.keep()
+        if lost:  # a rod that is frozen acts on the others where it was
+            self._keep_present()
+
+    def _keep_present(self) -> None:
+        """Count displacements from the present state on, where the last step has put positions at another one."""
+        assert self._forces is not None
+        for ensemble in self._ensembles:
+            ensemble.show()
+        self._forces.keep()
 
     # --- state --------------------------------------------------------------------------------------------------------
 
     def state(self) -> np.ndarray:
-        """What the next steps depend on, besides the ensembles [6]."""
-        return np.array([self._starting, self._parts, *self.control.state()])
+        """What the next steps depend on, besides the ensembles [8]."""
+        return np.array([self._starting, self._started, self._longest, self._parts, *self.control.state()])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
-        self._starting, self._parts = bool(state[0]), int(state[1])
-        self.control.restore(state[2:])
+        self._starting, self._started, self._longest = bool(state[0]), float(state[1]), float(state[2])
+        self._parts = int(state[3])
+        self.control.restore(state[4:])
 
 
 def norm(errors: np.ndarray) -> float:

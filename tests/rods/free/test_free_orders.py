@@ -45,7 +45,7 @@ def test_second_order_in_space(device, make):
 
 def test_second_order_while_the_step_changes(device):
     """Steps alternate between Δt and Δt/2; the coefficients follow their ratio."""
-    pairs = np.array([50, 100, 200, 400])
+    pairs = np.array([100, 200, 400, 800])
     runs = []
     for count in pairs:
         rods, dt = in_space(device, 33), 0.2 / count / 1.5

@@ -138,13 +138,14 @@ class BoundRods(BoundReadings, Ensemble):
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
-    def prepare_step(self, dt: float) -> None:
+    def prepare_step(self, dt: float) -> bool:
         """Refine rods whose spacing would become too large in a step."""
-        self._shown = np.inf
+        self._shown, before = np.inf, self.nodes
         if self.largest_spacing < np.inf:
             end = self.reached + dt
             while (growth_tables.length_at(self.growth, end) / (self.nodes - 1) > self.largest_spacing).any():
                 self.refine()
+        return self.nodes != before
 
     def predict_step(self) -> None:
         """Launch what puts the rods at the extrapolated state at the end of the step."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from warp_rods.kernels.free import equal_steps, load, output, own_steps
@@ -30,7 +29,7 @@ class FreeLaunches:
         self.device = arrays.position.device
         self._field: Any = None
         self._target = per_rod(3, device=self.device)
-        self.show_at(np.inf)
+        self.show_at(clock.time)
         self._record()
 
     def enable_forces(self, field: Any = None) -> None:
@@ -81,7 +80,7 @@ class FreeLaunches:
         self._advance_past()
 
     def show_at(self, time: float) -> None:
-        """Make output that of this time within the last step of each rod; infinity: that of its end."""
+        """Make output that of this time within the last step of each rod."""
         self._target.assign([time, 0.0, 0.0])
 
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
@@ -97,7 +96,7 @@ class FreeLaunches:
         state = (a.rods, a.pace, a.midpoint, a.trial)
         self._launch(equal_steps.predict_midpoint, count, *state, *_frame(a))
         self._launch_lay_out(a, a.star)
-        self._launch_field(a, 1.0)
+        self._launch_field(a, self.clock.array)
 
     def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:
@@ -119,9 +118,9 @@ class FreeLaunches:
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, self._target, a.failed_at)
         self._launch(own_steps.advance_past, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
 
-    def _launch_field(self, a: Arrays, ahead: float) -> None:
+    def _launch_field(self, a: Arrays, time: wp.array) -> None:
         if self._field is not None:
-            self._launch(self._field, a.position.shape, a.position, a.rotation, self.clock.array, ahead, a.force)
+            self._launch(self._field, a.position.shape, a.position, a.rotation, time, a.force)
 
     # --- output -----------------------------------------------------------------------------------------------------
 
@@ -135,7 +134,7 @@ class FreeLaunches:
 
     def _launch_present_force(self, a: Arrays) -> None:
         self._launch_frames(a)
-        self._launch_field(a, 0.0)
+        self._launch_field(a, self._target)
 
     def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
         """Frames at all nodes from those of the middle."""

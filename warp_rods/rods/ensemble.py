@@ -28,8 +28,9 @@ from warp_rods.rods.status import Status
 from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
-TELL = 0.01
-"""Users are told of steps of a given length with a larger error."""
+TELL, TELL_TOTAL = 10.0, 0.5
+"""Users are told of a step of a given length with a larger error, in units of ``step_tolerance``, and of errors of a rod
+that add up to more. Results that were wrong by more than 3 % had either; see tests/simulation/test_steps_too_long.py."""
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state of an ensemble whose force was set."""
 
@@ -37,7 +38,7 @@ FOR_THE_LOOP = frozenset(
     {
         *("advance", "set_step", "prepare_step", "finish_step", "ends_of_space", "pace_arrays", "error_report"),
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
-        *("first_step", "natural_time", "has_own_steps", "step_tolerance", "take_own_steps"),
+        *("first_step", "natural_time", "gather", "has_own_steps", "step_tolerance", "take_own_steps"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "position_array", "force_array"),
         *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
@@ -90,8 +91,7 @@ class Parameter(Fixed[np.ndarray]):
 class Ensemble(Readings):
     """``count`` rods of ``nodes`` nodes each, one batch on one device. NumPy in, NumPy out; no files.
 
-    All rods take the same steps. A rod that fails is frozen at its last valid state and gets a ``status``; the other
-    rods continue.
+    A rod that fails is frozen at its last valid state and gets a ``status``; the other rods continue.
     """
 
     _unlisted = FOR_THE_LOOP
@@ -135,11 +135,9 @@ class Ensemble(Readings):
         return self._clock.time
 
     def step(self, dt: SupportsFloat, steps: SupportsIndex = 1) -> None:
-        """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order in ``dt``.
+        """Advance by ``steps`` steps of ``dt`` under the present ``force``; second order, from a rough start, too.
 
-        The order does not suffer when ``dt`` changes, nor from a start that is rough: the first steps are divided as
-        their error demands. Steps whose error is large are told once, by the logger ``warp_rods``. Raises SceneError
-        for a step that is not positive.
+        Large errors are told once, by the logger ``warp_rods``. Raises SceneError for a step that is not positive.
         """
         dt, steps = check_step(dt, steps)
         self.advance(dt, steps)
@@ -174,14 +172,15 @@ class Ensemble(Readings):
     def error_report(self) -> str:
         """What steps of a given length have got wrong so far, in words; empty if they are well."""
         with exclusive:
-            largest = to_host(self.pace_arrays.largest_error)
-        well = self.status == Status.OK
-        rod = int(np.argmax(np.where(well, largest, 0.0)))
-        if not well.any() or largest[rod] < TELL:
+            largest, total = (to_host(getattr(self.pace_arrays, name)) for name in ("largest_error", "total_error"))
+        excess = np.maximum(largest / (TELL * self.step_tolerance), total / TELL_TOTAL)
+        rod = int(np.argmax(np.where(self.status == Status.OK, excess, 0.0)))
+        if self.status[rod] != Status.OK or excess[rod] <= 1:
             return ""
         return (
-            f"by t = {self.time:g} a step of rod {rod} had an error of {largest[rod]:.2g} of its length, by estimate: "
-            f"the result can be wrong without diverging; use shorter steps, or let the error choose them"
+            f"by t = {self.time:g} a step of rod {rod} had an error of {largest[rod]:.2g} of its length, and all its "
+            f"steps {total[rod]:.2g}, by estimate: the result can be wrong without diverging; use shorter steps, or let "
+            f"the error choose them"
         )
 
     @property
@@ -203,8 +202,7 @@ class Ensemble(Readings):
     def advance_to(self, time: SupportsFloat, tolerance: SupportsFloat = TOLERANCE) -> None:
         """Advance to ``time`` in steps whose length follows their error, each rod in steps of its own where it can.
 
-        tolerance: of the error at the end, about: of places over the length, and of strains over 1/L and themselves.
-        Raises SceneError for a time before the present one.
+        tolerance: about the error at the end, of places over L and of strains. Raises SceneError for an earlier time.
         """
         time, tolerance = arguments.real("time", time), arguments.real("tolerance", tolerance)
         if time < self.time:
@@ -330,8 +328,8 @@ class Ensemble(Readings):
     def force(self) -> np.ndarray:
         """External force per length in space [rod, node, 3]: of the present state where a function or contact gives it.
 
-        Set it to one vector, or to one vector for each node. Raises SceneError for values that are not finite or do not
-        fit, and where a function or contact gives the force.
+        Set it to one vector, or one for each node. Raises SceneError for values that do not fit or are not finite, and
+        where a function or contact gives it.
         """
         return self._read_force()
 

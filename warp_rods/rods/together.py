@@ -150,15 +150,17 @@ class Together:
     # --- steps by error -----------------------------------------------------------------------------------------------
 
     def advance_to(self, time: float, tolerance: float) -> Iterator[float]:
-        """Advance past ``time`` in steps by error, and show that time; yields the time reached. tolerance: of a run.
+        """Advance past ``time`` in steps by error, and show that time; yields the time that is shown after each.
 
-        A rod whose step is not valid even if it is short is frozen.
+        tolerance: of a run. A rod whose step is not valid even if it is short is frozen.
         """
         while self.reached < time:
             self._follow_error(self.control.step, tolerance, time)
-            yield self.reached
+            if self.reached < time:
+                yield self.reached
         for ensemble in self._ensembles:
             ensemble.show_at(time)
+        yield time
 
     def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
         """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""

@@ -31,6 +31,8 @@ class Simulation(metaclass=Documented):
     find, such as a filament too long for its surface, a surface without points, or rods that do not fit.
     """
 
+    _unlisted = frozenset({"by_error", "rod_steps"})
+
     def __init__(self, scene: Scene, device: str | None = None):
         made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"
         self.scene, self.device = arguments.instance("scene", scene, Scene, made), device_of(device)
@@ -283,7 +285,8 @@ class Simulation(metaclass=Documented):
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:
             raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
-        if any(abs(e.time - self.time) > self.step_size / 2 for e in self.ensembles.values()):
+        apart = 1e-9 * self.step_size if self.by_error else self.step_size / 2
+        if any(abs(e.time - self.time) > apart for e in self.ensembles.values()):
             raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
         self.steps_taken = self.frames.steps_to(self.frame)
         if self.own_steps:

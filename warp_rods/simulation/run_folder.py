@@ -22,7 +22,7 @@ from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
-FORMAT = 3
+FORMAT = 4
 """Of checkpoints: which arrays make up a state, and which variables its trajectory has."""
 PARTS = (SCENE, CHECKPOINT, "animation.usdc", *NAMES.values(), STORE)
 """All that a run may leave; the store is removed last, so that a folder with a part of a run still counts as one."""

@@ -16,6 +16,21 @@ class Growth:
     length: Scalars2D
 
 
+NEXT_KNOT = wp.constant(real(1.0e-6))
+"""A knot that is closer than this part of a step has been reached."""
+
+
+@wp.func
+def step_to_knot(growth: Growth, rod: int, t: real, step: real) -> real:
+    """The step from t, ended at the next knot if it would pass it."""
+    shortest = step
+    for k in range(growth.time.shape[1]):
+        left = growth.time[rod, k] - t
+        if left > NEXT_KNOT * step and left < shortest:
+            shortest = left
+    return shortest
+
+
 @wp.func
 def set_length(f: Filaments, growth: Growth, rod: int, t: real):
     """Spacing and dL/dt at time t."""

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warp_rods.kernels.bound.growth import Growth, step_to_knot
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.clock import STEP
 from warp_rods.kernels.layout import (
@@ -109,14 +110,18 @@ def reset(flag: Integers1D):
 
 
 @wp.kernel
-def choose_own_steps(f: Filaments, pace: Pace, plan: Plan, target: Scalars1D, behind: Integers1D):
-    """Let every rod that is not frozen take a step of its own until it has reached ``target[0]``; ``dim = rods``."""
+def choose_own_steps(f: Filaments, pace: Pace, plan: Plan, growth: Growth, target: Scalars1D, behind: Integers1D):
+    """Let every rod that is not frozen take a step of its own until it has reached ``target[0]``; ``dim = rods``.
+
+    No step passes a knot of the length against time, which the error of a long one might not see.
+    """
     rod = wp.tid()
     f.active[rod] = 0
     plan.together[rod] = 0
     if f.status[rod] == OK and pace.at[rod, 0] < target[0]:
         f.active[rod] = 1
         behind[0] = 1
+        pace.step[rod] = step_to_knot(growth, rod, pace.at[rod, 0], pace.step[rod])
 
 
 @wp.kernel

@@ -40,7 +40,7 @@ FOR_THE_LOOP = frozenset(
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
         *("first_step", "natural_time", "gather", "has_own_steps", "step_tolerance", "take_own_steps"),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
-        *("apply_given_force", "end_planned_step", "position_array", "force_array"),
+        *("apply_given_force", "end_planned_step", "step_to_event", "position_array", "force_array"),
         *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
@@ -351,6 +351,10 @@ class Ensemble(Readings):
         if values is not self._written:
             self._set_force(values)
             self._written = values
+
+    def step_to_event(self, step: float) -> float:
+        """A step from the time reached, ended where something happens to a rod that its error might not show."""
+        return step
 
     def end_planned_step(self) -> None:
         """End a step that the user planned: the force set now is the previous one of the next."""

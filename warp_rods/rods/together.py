@@ -54,6 +54,7 @@ class Rods(Protocol):
     def reject_step(self) -> None: ...
     def accept_step(self) -> None: ...
     def finish_step(self) -> None: ...
+    def step_to_event(self, step: float) -> float: ...
     def end_planned_step(self) -> None: ...
     def show_at(self, time: float) -> None: ...
     def show(self) -> None: ...
@@ -74,6 +75,8 @@ class Together:
 
     def __init__(self, ensembles: Sequence[Rods], forces: Forces | None = None):
         self._ensembles, self._forces = list(ensembles), forces
+        self.longest = np.inf
+        """The longest step by error: what depends on time must not pass unseen."""
         self.restart()
 
     def restart(self) -> None:
@@ -155,7 +158,8 @@ class Together:
         tolerance: of a run. A rod whose step is not valid even if it is short is frozen.
         """
         while self.reached < time:
-            self._follow_error(self.control.step, tolerance, time)
+            step = min(self.control.step, self.longest)
+            self._follow_error(min(e.step_to_event(step) for e in self._ensembles), tolerance, time)
             if self.reached < time:
                 yield self.reached
         for ensemble in self._ensembles:

@@ -10,6 +10,7 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound import growth
 from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.together import exhaust
 from warp_rods.scene.scene import Scene
 
 ORDER = pytest.approx(2.0, abs=0.2)
@@ -238,3 +239,20 @@ def test_growth_starts_and_stops_at_given_times_and_follows_a_table():
 def test_impossible_growth_is_refused(table, said):
     with pytest.raises(SceneError, match=said):
         on_torus(17, growth=table)
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_steps_by_error_do_not_pass_a_short_growth_unseen(together):
+    """A filament at rest, in steps of its own or not, that grows by half for a hundredth of the time of a long step."""
+    table = {"time": [0.0, 5.0, 5.01, 20.0], "length": [0.6, 0.6, 0.9, 0.9]}
+    rods, exact = (on_torus(33, growth=table) for _ in range(2))
+    exact.step(1e-3, 7000)
+    if together:
+        exhaust(rods._steps.advance_to(7.0, 0.01))
+    else:
+        rods.advance_to(7.0)
+    assert rods.steps_taken[0] < 1000
+    assert np.abs(rods.position - exact.position).max() < 1e-4
+    start = on_torus(33, growth=table)
+    start.advance_to(4.9)
+    assert np.abs(start.position - exact.position).max() > 0.1

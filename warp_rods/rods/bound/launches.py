@@ -129,7 +129,7 @@ class BoundLaunches:
     def _launch_own_step(self, a: Arrays, behind: wp.array) -> None:
         count = a.f.geodesic.shape[0]
         self._launch(levels.reset, 1, behind)
-        self._launch(levels.choose_own_steps, count, a.f, a.pace, a.plan, self._target, behind)
+        self._launch(levels.choose_own_steps, count, a.f, a.pace, a.plan, a.growth, self._target, behind)
         self._launch_extrapolate(a)
         self._launch_try(a)
         self._launch(step.repeat_or_accept, count, a.f, a.past, a.pace, a.plan, self._target)

@@ -30,6 +30,8 @@ HISTORY = (
 FIRST_STEP = 1e-9
 """The first step that a rod tries, in units of its slowest bending time in the surface, ζ⊥ L⁴/B3."""
 HIGHEST_ORDER = 3
+NEXT_KNOT = 1e-6
+"""A knot that is closer than this part of a step has been reached."""
 
 
 class BoundRods(BoundReadings, Ensemble):
@@ -146,6 +148,12 @@ class BoundRods(BoundReadings, Ensemble):
             while (growth_tables.length_at(self.growth, end) / (self.nodes - 1) > self.largest_spacing).any():
                 self.refine()
         return self.nodes != before
+
+    def step_to_event(self, step: float) -> float:
+        """A step from the time reached, ended at the next knot of a length against time."""
+        left = self.growth[0] - self.reached
+        ahead = left[(left > NEXT_KNOT * step) & (left < step)]
+        return float(ahead.min()) if len(ahead) else step
 
     def predict_step(self) -> None:
         """Launch what puts the rods at the extrapolated state at the end of the step."""

@@ -1,4 +1,4 @@
-"""The step that a run chooses where it is accuracy that bounds it, and warnings where nodes or steps do not suffice."""
+"""Steps by error from a start that its ends contradict, warnings where nodes do not suffice, and rods that cannot fit."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,8 @@ from warp_rods.contact.overlap import MOST_ROUNDS, without_overlap
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling, surfaces
-from warp_rods.rods.bound.rods import BoundRods
-from warp_rods.rods.step_limits import SAFETY
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.watch import StepWatch
 
 SWIMMER = {"name": "c", "count": 1, "nodes": 65, "bend": 5e-3, "twist": 1e-3}
 MODE = {"kind": "mode", "mode": 0, "amplitude": 3.0}
@@ -36,50 +33,10 @@ def test_an_end_ten_times_later_does_not_move_a_bent_filament():
             "drag": [1, 2, 0.1], "placement": {"position": [[0, 0, 0]], "direction": [[1, 0, 0]]},
         }  # fmt: skip
         tables = {"surface": {"kind": "plane"}, "filaments": [filament], "time": {"end": end, "save_every": end}}
-        last = finished(Simulation(Scene.parse(tables), "cpu"))
-        assert last["position"][0, 16, 1] == pytest.approx(-0.04136, rel=0.02)
-
-
-def test_filaments_with_little_drag_along_are_resolved():
-    def run(factor: float) -> tuple[float, dict]:
-        filament = {
-            "name": "f", "count": 6, "nodes": 33, "length": 0.3, "stiffness": [1, 1, 1], "intrinsic": [0, -0.8, 0],
-            "drag": [0.1, 2, 0.1],
-        }  # fmt: skip
-        tables = {"seed": 5, "surface": {"kind": "undulated"}, "filaments": [filament]}
-        time = {"end": 0.1, "save_every": 0.1}
-        chosen = Simulation(Scene.parse(tables | {"time": time}), "cpu").step_size
-        simulation = Simulation(Scene.parse(tables | {"time": time | {"step": chosen * factor}}), "cpu")
-        return chosen, finished(simulation)
-
-    (chosen, found), (_, exact) = run(1.0), run(1 / 8)
-    assert chosen < 1.2e-4
-    assert np.abs(found["gauss"] - exact["gauss"]).max() < 0.02 * np.abs(exact["gauss"]).max()
-
-
-CASES = {
-    "flagella faster than the step": ({"symmetric": True, "flagella": {"relaxation": 3e-5}}, 3 * 3e-5),
-    "very stiff": ({"bend": 3.0}, 0.1 * 2 / (500.56 * 3.0)),
-    "very soft": ({"bend": 3e-6, "nodes": 487}, 30 * 3e-6 * 2),
-    "stiff against twist": ({"bend": 8e-5, "twist": 8e-2, "moment": 6e-3, "nodes": 165}, 1000 * 8e-5**2 / 8e-2),
-    "stiff against twist, but planar": ({"bend": 8e-5, "twist": 8e-2, "nodes": 165}, 1e-3),
-    "as usual": ({}, 1e-3),
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_the_bounds_of_swimmers(name):
-    values, bound = CASES[name]
-    assert swimmer(**values).step_size == pytest.approx(min(SAFETY * bound, 0.3 / 1000), rel=0.01)
-    warnings = swimmer(step=2 * bound, **values).warnings
-    assert len(warnings) == 1 and f"is above {bound:.3g}, the bound for c" in warnings[0]
-
-
-def test_a_swimmer_with_fast_flagella_swims_in_the_right_direction():
-    found = finished(swimmer(**CASES["flagella faster than the step"][0]))
-    exact = finished(swimmer(step=1e-5, **CASES["flagella faster than the step"][0]))
-    assert found["energy"] == pytest.approx(exact["energy"], rel=1e-3)
-    np.testing.assert_allclose(found["position"], exact["position"], atol=1e-3)
+        simulation = Simulation(Scene.parse(tables), "cpu")
+        last = finished(simulation)
+        assert last["position"][0, 16, 1] == pytest.approx(-0.04136, rel=0.002)
+        assert simulation.steps_taken < 300
 
 
 def test_swimmers_with_too_few_nodes_are_told():
@@ -91,16 +48,6 @@ def test_swimmers_with_too_few_nodes_are_told():
         swimmer(nodes=17, bend=1e-2, shape=MODE | {"mode": 12})
     (line,) = swimmer(nodes=33, bend=1e-2, shape=MODE | {"mode": 5}).warnings
     assert "the 6.5 half-waves of the mode 5" in line and line.endswith("use 119 nodes or more")
-
-
-def test_a_step_above_the_bound_where_a_filament_has_come_to_is_warned_of_once():
-    neck = surfaces.make("bridge", {"neck": 0.1, "body": 1.0, "width": 0.3, "length": 6.0})
-    rods = BoundRods(neck, [[1.0, 0, 2.5], [0.1, 0, 0]], [[0, 1, 0], [0, 1, 0]], nodes=17, length=0.1)
-    watch = StepWatch(1e-3)
-    (line,) = watch.check(0.5, {"f": rods})
-    assert line.startswith("at t = 0.5 the step 0.001 is above") and "the bound for rod 1 of f where it is now" in line
-    assert not watch.check(0.6, {"f": rods})
-    assert not StepWatch(1e-9).check(0.5, {"f": rods})
 
 
 def test_points_on_a_flat_box_are_uniform_and_found_fast(monkeypatch):

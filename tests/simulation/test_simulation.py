@@ -164,21 +164,26 @@ def test_nothing_is_written_for_an_impossible_scene(tmp_path):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_step_above_its_bound_is_warned_of():
-    (line,) = Simulation(
-        scene(
-            filaments=[SCENE["filaments"][0] | {"nodes": "auto"}],
-            steric=None,
-            time={"end": 1, "step": 0.9, "save_every": 1},
-        )
-    ).warnings
-    assert "time.step = 0.9" in line and "convex" in line and "e'' =" in line
+def test_a_step_that_is_too_long_is_told_in_the_run():
+    table = SCENE["filaments"][0] | {"nodes": "auto"}
+    given = scene(filaments=[table], steric=None, time={"end": 2.7, "step": 0.9, "save_every": 0.9})
+    simulation = Simulation(given)
+    assert not simulation.warnings
+    finish(simulation), simulation.variables()
+    (line,) = simulation.new_warnings()
+    assert line.startswith("convex: by t = 2.7 a step of rod") and "leave time.step out" in line
 
 
-def test_a_step_that_is_not_given_is_chosen_below_every_bound():
-    simulation = Simulation(scene(time={"end": 1.0}))
-    assert 1e-4 < simulation.step_size < 0.01
-    assert not [line for line in simulation.warnings if "step" in line]
+def test_steps_that_are_not_given_are_chosen_by_their_error():
+    simulation = Simulation(scene(time={"end": 0.05}))
+    assert simulation.by_error and not simulation.own_steps  # they feel each other
+    assert "chosen by their error for all rods together" in simulation.pace
+    finish(simulation), simulation.variables()
+    assert not simulation.new_warnings() and simulation.scene.time.step is None
+    fixed = finish(Simulation(scene(time={"end": 0.05, "step": 2e-5})))
+    assert simulation.steps_taken < fixed.steps_taken / 10
+    for found, exact in zip(positions(simulation), positions(fixed), strict=True):
+        np.testing.assert_allclose(found, exact, atol=2e-3)
 
 
 def test_frozen_rods_are_named_and_a_run_stops_when_all_are_frozen(tmp_path):
@@ -210,8 +215,6 @@ def test_swimmers_start_where_they_are_placed_and_swim(tmp_path):
     np.testing.assert_allclose(chord * 32, [[0, 0, 1], [1, 0, 0]], atol=2e-3)
     assert {"activity", "power", "energy_density", "dissipation"} <= set(data)
     assert (np.linalg.norm(data.position[-1, :, 32] - data.position[0, :, 32], axis=-1) > 0.01).all()
-    (line,) = Simulation(Scene.parse({**tables, "time": {"end": 1.0, "step": 0.01, "save_every": 0.1}})).warnings
-    assert "time.step = 0.01 is above 0.001" in line and "cells" in line
 
 
 CELL = {"name": "cells", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}

@@ -95,11 +95,26 @@ def test_the_same_physics_in_other_units_gives_the_same_numbers(kind, moving):
                 np.testing.assert_allclose(found[name], values, atol=1e-9 * size, rtol=0, err_msg=f"{name} in {unit}")
 
 
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("alone", [False, True])
 @pytest.mark.parametrize("unit", UNITS)
-def test_the_step_that_a_run_chooses_scales_with_the_unit_of_time(unit):
-    one, other = (Simulation(scene("torus", u, False, end=2.0), "cpu") for u in ((1.0, 1.0, 1.0), unit))
-    assert other.step_size == pytest.approx(one.step_size * unit[1], rel=1e-9, abs=0)
-    assert other.scene.time.step == other.step_size
+def test_steps_by_error_are_the_same_in_any_unit(unit, alone, moving):
+    """In steps of their own (alone, membrane at rest) and together: their number, their ends, and the result."""
+    found = []
+    for one in ((1.0, 1.0, 1.0), unit):
+        given = scene("torus", one, moving, end=0.02, save_every=0.01)
+        simulation = Simulation(given.model_copy(update={"steric": None}) if alone else given, "cpu")
+        assert simulation.own_steps == (alone and not moving)
+        for _ in simulation.advance():
+            pass
+        rods = simulation.ensembles["f"]
+        found.append((rods, rods.position / one[0], rods.pace_arrays.at.numpy() / one[1]))
+    (rods, position, at), (other, *scaled) = found
+    assert rods.steps_taken.min() > 20
+    np.testing.assert_array_equal(rods.steps_taken, other.steps_taken)
+    np.testing.assert_array_equal(rods.steps_rejected, other.steps_rejected)
+    np.testing.assert_allclose(scaled[0], position, atol=1e-9)
+    np.testing.assert_allclose(scaled[1], at, rtol=1e-6)
 
 
 def test_a_resumed_run_in_a_small_unit_of_time_refuses_a_time_that_is_not_a_frame():

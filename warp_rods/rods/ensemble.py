@@ -29,8 +29,8 @@ from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
 TELL, TELL_TOTAL = 10.0, 0.5
-"""Users are told of a step of a given length with a larger error, in units of ``step_tolerance``, and of errors of a rod
-that add up to more. Results that were wrong by more than 3 % had either; see tests/simulation/test_steps_too_long.py."""
+"""Users are told of a step of a given length with a larger error, in units of ``step_tolerance``, and of errors of a
+rod that add up to more. Results wrong by more than 3 % had either: tests/simulation/test_steps_too_long.py."""
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state of an ensemble whose force was set."""
 
@@ -179,8 +179,8 @@ class Ensemble(Readings):
             return ""
         return (
             f"by t = {self.time:g} a step of rod {rod} had an error of {largest[rod]:.2g} of its length, and all its "
-            f"steps {total[rod]:.2g}, by estimate: the result can be wrong without diverging; use shorter steps, or let "
-            f"the error choose them"
+            f"steps {total[rod]:.2g}, by estimate: the result can be wrong without diverging; use shorter steps, or "
+            f"let the error choose them"
         )
 
     @property

@@ -1,4 +1,4 @@
-"""Steps by error from starts that contradict their ends, warnings of too few nodes, and rods that cannot fit."""
+"""Steps by error from a contradicted start, warnings where nodes do not suffice, and rods that cannot fit."""
 
 import numpy as np
 import pytest

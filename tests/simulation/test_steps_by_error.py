@@ -9,7 +9,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.loop import Simulation
 
-CELL = {"name": "c", "count": 3, "nodes": 33, "bend": [5e-3, 1e-3, 2e-4], "twist": 1e-3}
+CELL = {"name": "c", "count": 3, "nodes": 33, "bend": [5e-3, 2e-3, 1e-3], "twist": 1e-3}
 PLACED = {"placement": {"position": [[0, 0, 0], [0, 0.05, 0.01], [0.3, 0.02, 0.06]]}, "shape": {"kind": "straight"}}
 FILAMENT = {
     "name": "f", "count": 3, "nodes": 17, "length": 0.5, "stiffness": [1, 1.2, 0.8], "intrinsic": [0.3, 1.2, 0.2],
@@ -59,7 +59,7 @@ def test_a_run_by_error_resumes_with_the_same_bits(name, tmp_path, monkeypatch):
 
     whole = runner.simulate(scene(name), tmp_path / "whole", device="cpu")
     runner.simulate(scene(name), tmp_path / "run", device="cpu", hooks=[(wr.every(time=0.0071), stop)])
-    assert len(seen) == 7 and 'step' not in (tmp_path / "run" / "scene.toml").read_text().split("[time]")[1]
+    assert len(seen) == 7 and "step" not in (tmp_path / "run" / "scene.toml").read_text().split("[time]")[1]
     resumed = runner.simulate(scene(name), tmp_path / "run", device="cpu", resume=True)
     assert resumed.data.sizes == whole.data.sizes and resumed.data.attrs["step"] == "chosen by error"
     same(resumed.data, whole.data)
@@ -99,7 +99,9 @@ def test_steps_by_error_end_where_short_steps_do(name):
         assert rods.nodes == fixed.ensembles[group].nodes and not rods.failures()
         assert (rods.nodes == 33) == (group == "c" or "growth" in str(SCENES[name]))
         np.testing.assert_allclose(rods.position, fixed.ensembles[group].position, atol=2e-3)
-        assert rods.energy == pytest.approx(fixed.ensembles[group].energy, rel=0.01, abs=1e-6)
+        assert rods.energy == pytest.approx(
+            fixed.ensembles[group].energy, rel=0.02, abs=1e-6
+        )  # quadratic in the strains
     assert chosen.steps_taken < fixed.steps_taken / 2
     assert not chosen.new_warnings() and not fixed.new_warnings()
 

@@ -1,6 +1,6 @@
 """Steps of a given length that are too long: a result that is wrong by more than 3 % is told; one that is right is not.
 
-Each case was silently wrong with steps that looked sensible. The exact result is that of steps by error at 1e-4.
+Each case was silently wrong with steps that looked sensible. Exact is the result by error with tolerance 1e-4.
 """
 
 import functools

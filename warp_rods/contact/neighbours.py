@@ -136,6 +136,17 @@ class Neighbours:
             self._collect()
             wp.copy(self._points.last_position, self._points.position)
 
+    @property
+    def kept(self) -> np.ndarray:
+        """The positions of the last ``keep`` [node, 3], which can be set."""
+        with exclusive:
+            return to_host(self._points.last_position)
+
+    @kept.setter
+    def kept(self, positions: np.ndarray) -> None:
+        with exclusive:
+            self._points.last_position.assign(positions)
+
     def _largest_moves(self) -> tuple[float, float]:
         """The largest displacement of a node since the last ``keep``, and since the lists were built; length."""
         with exclusive:

@@ -76,6 +76,16 @@ class Surroundings:
             assert self.neighbours is not None
             self.neighbours.keep()
 
+    def state(self) -> dict[str, np.ndarray]:
+        """The positions from which displacements count: the next steps depend on them, besides the ensembles."""
+        return {"kept": self.neighbours.kept} if self.neighbours else {}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Return to a ``state``, after the ensembles."""
+        self.keep()
+        if self.neighbours:
+            self.neighbours.kept = state["kept"]
+
     def energies(self) -> dict[str, dict[str, np.ndarray]]:
         """Ensemble → variable → energy [rod] at the last ``apply``."""
         zero = {name: np.zeros(e.count) for name, e in self._ensembles.items()}

@@ -30,7 +30,7 @@ from warp_rods.rods.together import Together, exhaust
 LOG = logging.getLogger("warp_rods")
 TELL, TELL_TOTAL = 10.0, 0.5
 """Users are told of a step of a given length with a larger error, in units of ``step_tolerance``, and of errors of a
-rod that add up to more. Results wrong by more than 3 % had either; see tests/simulation/test_steps_too_long.py."""
+rod that add up to more. Results wrong by more than 3 % had either: tests/simulation/test_steps_too_long.py."""
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state of an ensemble whose force was set."""
 

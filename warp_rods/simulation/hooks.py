@@ -59,8 +59,8 @@ class EveryFrame:
 def every(steps: SupportsIndex | None = None, time: SupportsFloat | None = None) -> Every:
     """The cadence of a number of steps or of an interval of time; raises SceneError unless one of them is given.
 
-    Steps by error do not end at its times: there a function is called with the state that the scheme's polynomial
-    gives, and once for all the steps that a rod has taken since the last call.
+    Steps by error do not end at its times: a function is called with the state that the scheme's polynomial gives
+    there, and once for all the steps taken since the last call.
     """
     if (steps is None) == (time is None):
         raise SceneError("every: give steps or time, and not both")

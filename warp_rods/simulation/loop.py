@@ -269,7 +269,8 @@ class Simulation(metaclass=Documented):
     def state(self) -> dict[str, np.ndarray]:
         """Everything that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        return {**arrays, "frame": np.array(self.frame), "steps": self.together.state()}
+        steps = {"frame": np.array(self.frame), "steps": self.together.state()}
+        return arrays | steps | self._surroundings.state()
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Return to a ``state`` of the same scene; the next steps have the same bits.
@@ -285,7 +286,7 @@ class Simulation(metaclass=Documented):
         arguments.whole("state['frame']", state.get("frame"), 0)
         for name, ensemble in self.ensembles.items():
             ensemble.restore(parts[name])
-        self._surroundings.keep()
+        self._surroundings.restore(state)
         self.together.restore(state["steps"])
         self.frame = int(state["frame"])
         if self.frame > self.frames.last:

@@ -132,6 +132,7 @@ class BoundRods(BoundReadings, Ensemble):
         self._past.now.assign(geodesic)
         f.growth_rate.assign(growth_tables.rate_at(self.growth, 0.0))
         self._launches.place(node)
+        f.status.assign(self._arrays.plan.unfit.numpy().max(axis=1))
         for name in ("rotation", "position"):
             getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
         pace = self._arrays.pace

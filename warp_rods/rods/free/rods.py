@@ -59,7 +59,7 @@ class FreeRods(FreeReadings, Ensemble):
     ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
     evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not finite is frozen.
 
-    Raises SceneError naming the parameter for nodes that are even or fewer than 17, and impossible values or shapes.
+    Raises SceneError naming the parameter for even nodes or fewer than 17, and for impossible values or shapes.
     """
 
     saved = SWIMMER_VARIABLES

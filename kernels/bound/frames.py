@@ -13,7 +13,7 @@ from warp_rods.kernels.bound.growth import Growth, set_length
 from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
 from warp_rods.kernels.bound.rod import strain_of
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import accept
+from warp_rods.kernels.bound.step import accept, take_back
 from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import RATES, twist_over
@@ -246,14 +246,16 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         if plan.together[rod] == 1:
             omega, u = plan.angular_velocity[rod], plan.velocity[rod]
             R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / plan.rate[rod], turn)
+        allowed = LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * wp.length(x - r0)
+        if not (wp.length(x - r) < allowed):
+            return OFF_SURFACE
         past.rotation_before[rod] = R0
         past.position_before[rod] = r0
         _phi, g, _H = field(x, p)
         n = normal(g)
         past.rotation[rod] = frame(to_tangent(first_column(R), n), n)
         past.position[rod] = x
-        allowed = LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * wp.length(x - r0)
-        return wp.where(wp.length(x - r) < allowed, OK, OFF_SURFACE)
+        return OK
 
     @wp.kernel(module="unique", enable_backward=False)
     def take(f: Filaments, past: History, pace: Pace, plan: Plan, parameters: ParameterArray):
@@ -266,6 +268,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         if status == OK:
             accept(f, past, pace, plan, rod)
             status = accept_frame(f, past, pace, plan, parameters[0], rod)
+            if status != OK:
+                take_back(f, past, pace, rod)
         if status != OK:
             f.status[rod] = status
             past.failed_at[rod] = start

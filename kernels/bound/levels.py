@@ -125,6 +125,13 @@ def choose_own_steps(f: Filaments, pace: Pace, plan: Plan, growth: Growth, targe
 
 
 @wp.kernel
+def count_rejected(f: Filaments, pace: Pace):
+    """Count the step as repeated; ``dim = rods``."""
+    rod = wp.tid()
+    pace.rejected[rod] = pace.rejected[rod] + f.active[rod]
+
+
+@wp.kernel
 def activate(f: Filaments):
     """Let the next kernels evaluate every rod; ``dim = rods``."""
     f.active[wp.tid()] = 1

@@ -131,8 +131,8 @@ def find_errors(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
 def judge(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadruples2D):
     """The result of the step from the turn δα, whether it is valid, and its error; ``dim = rods``."""
     rod = wp.tid()
-    plan.error[rod] = real(0.0)
     if f.active[rod] == 0:
+        plan.error[rod] = real(-1.0)
         return
     find_new_geodesic(f, past, plan, rod)
     plan.angle[rod] = turn_at(past, plan.value[rod], rod)
@@ -181,7 +181,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
 @wp.func
 def accept(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
     """Make the result of the step the newest level."""
-    push_time(pace, rod, plan.end[rod], plan.error[rod])
+    push_time(pace, rod, plan.end[rod], plan.error[rod] * real(plan.together[rod]))
     for i in range(f.geodesic.shape[1]):
         push_geodesic(past, rod, i, f.geodesic[rod, i])
     for k in range(LEVELS - 1):
@@ -194,6 +194,23 @@ def accept(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
         past.velocity[rod, j] = past.velocity[rod, j - 1]
     past.angular_velocity[rod, 0] = plan.angular_velocity[rod]
     past.velocity[rod, 0] = plan.velocity[rod]
+
+
+@wp.func
+def take_back(f: Filaments, past: History, pace: Pace, rod: int):
+    """Return to the state before the step, of a rod that is frozen then."""
+    for j in range(LEVELS - 1):
+        pace.at[rod, j] = pace.at[rod, j + 1]
+        past.turn[rod, j] = past.turn[rod, j + 1]
+    pace.levels[rod] = pace.levels[rod] - 1
+    for i in range(f.geodesic.shape[1]):
+        past.now[rod, i] = past.first[rod, i]
+        past.first[rod, i] = past.second[rod, i]
+        past.second[rod, i] = past.third[rod, i]
+        past.third[rod, i] = past.fourth[rod, i]
+    for j in range(RATES - 1):
+        past.angular_velocity[rod, j] = past.angular_velocity[rod, j + 1]
+        past.velocity[rod, j] = past.velocity[rod, j + 1]
 
 
 @wp.func

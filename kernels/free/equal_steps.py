@@ -39,7 +39,7 @@ def predict(rods: Swimmers, now: Shape, past: Past, pace: Pace, clock: Scalars1D
     trial.end[rod] = t
     trial.order[rod] = order
     trial.rate[rod] = formula.rate
-    trial.error[rod] = real(0.0)
+    trial.error[rod] = real(-1.0)
     if rods.status[rod] != OK:
         formula = formula_of(at, 1, t)
     find_value(rod, formula.value, now, past, star)

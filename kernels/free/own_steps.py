@@ -64,7 +64,7 @@ def advance_past(
         error = real(1.0e6)
         if status == OK:
             error = error_of_step(rod, at, levels, order, t, now, past, star) / target[1]
-        if error > real(1.0):
+        if not (error <= real(1.0)):
             if t - at[0] < SHORTEST * at[0] + SHORTEST_AT_START * target[2]:
                 rods.status[rod] = wp.max(status, NOT_FINITE)
                 failed_at[rod] = at[0]
@@ -78,7 +78,7 @@ def advance_past(
             if ready and order < pace.highest_order[rod] and levels > order + 1:
                 higher = step_factor(shape_error(rod, at, order + 1, t, now, past, star) / target[1], order + 1)
             omega, u, roll_rate = midpoint_rates(rod, rods, star, balance)
-            push_time(pace, rod, t, error * target[1])
+            push_time(pace, rod, t, real(0.0))
             push_rates(rod, midpoint, omega, u, roll_rate)
             carry_midpoint(rod, pace, midpoint)
             store_shape(rod, star, now, past)

@@ -20,6 +20,8 @@ class Clock:
         self.array = per_rod(2, device=device)
         self.time = self.reached = 0.0
         self.planned = (0.0, 0.0)
+        self.changing = False
+        """Whether the force that is set changed between the last two planned steps."""
         self.step = 0.0
         """Δt of the next steps."""
 
@@ -43,10 +45,11 @@ class Clock:
         return (self.reached + self.step - last) / (last - before) if last > before else 0.0
 
     def state(self) -> np.ndarray:
-        """The whole state of the clock [5]."""
-        return np.array([self.time, self.reached, self.step, *self.planned])
+        """The whole state of the clock [6]."""
+        return np.array([self.time, self.reached, self.step, *self.planned, self.changing])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
-        self.time, self.reached, self.step, last, before = (float(value) for value in state)
+        self.time, self.reached, self.step, last, before = (float(value) for value in state[:5])
+        self.changing = bool(state[5])
         self.planned = (last, before)

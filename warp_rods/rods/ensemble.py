@@ -31,6 +31,8 @@ LOG = logging.getLogger("warp_rods")
 TELL, TELL_TOTAL = 10.0, 0.5
 """Users are told of a step of a given length with a larger error, in units of ``step_tolerance``, and of errors of a
 rod that add up to more. Results wrong by more than 3 % had either: tests/simulation/test_steps_too_long.py."""
+LONGEST_SHARE = 3.0
+"""A force is not extrapolated farther than this many planned steps."""
 FORCE_STATE = ("force", "force_previous")
 """Arrays of the state of an ensemble whose force was set."""
 
@@ -38,7 +40,17 @@ FOR_THE_LOOP = frozenset(
     {
         *("advance", "set_step", "prepare_step", "finish_step", "ends_of_space", "pace_arrays", "error_report"),
         *("predict_step", "try_step", "error_of_step", "accept_step", "reject_step", "show_at", "show", "reached"),
-        *("first_step", "natural_time", "gather", "has_own_steps", "step_tolerance", "take_own_steps"),
+        *(
+            "first_step",
+            "natural_time",
+            "gather",
+            "has_own_steps",
+            "step_tolerance",
+            "take_own_steps",
+            "bring_together",
+            "hold_force",
+            "frozen",
+        ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "step_to_event", "position_array", "force_array"),
         *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
@@ -145,15 +157,15 @@ class Ensemble(Readings):
 
     def advance(self, dt: float, steps: int = 1) -> None:
         """``step`` without its checks, for a run, which has chosen its step."""
-        self._gather()
+        if self.time < self.reached:
+            self.bring_together()
         exhaust(self._steps.advance(dt, steps))
 
-    def _gather(self) -> None:
-        """Bring rods together that have taken steps of their own beyond the present time."""
-        if self._clock.time < self._clock.reached:
-            self.gather()
-            self._clock.reached = self._clock.time
-            self._steps.restart()
+    def bring_together(self) -> None:
+        """Begin anew from the present state and time, beyond which steps by error have gone."""
+        self.gather()
+        self._clock.reached = self._clock.time
+        self._steps.restart()
 
     @abstractmethod
     def gather(self) -> None:
@@ -208,10 +220,9 @@ class Ensemble(Readings):
         if time < self.time:
             raise SceneError(f"time = {time:g}: must not be before the present time, {self.time:g}")
         if not self.has_own_steps:
-            if np.isinf(self.reached):
-                self._gather()
             exhaust(self._steps.advance_to(time, tolerance))
             return
+        self.hold_force()
         with exclusive:
             self.take_own_steps(time, self.step_tolerance * tolerance)
         self._clock.reached = np.inf
@@ -243,6 +254,11 @@ class Ensemble(Readings):
         """The time that steps have reached; not before ``time``."""
         return self._clock.reached
 
+    @property
+    @abstractmethod
+    def frozen(self) -> int:
+        """The number of rods that are frozen."""
+
     def show_at(self, time: float) -> None:
         """Make ``time``, readings and positions those of a time within the last step."""
         self._clock.time = time
@@ -273,7 +289,7 @@ class Ensemble(Readings):
 
     @abstractmethod
     def error_of_step(self) -> np.ndarray:
-        """Error of the step tried [rod]: of strains over 1/L and their own, and of places over L; 0 for frozen rods.
+        """Error of the step tried [rod]: of strains over 1/L and their own, of places over L; negative for frozen rods.
 
         Infinite where the result is not valid.
         """
@@ -337,8 +353,11 @@ class Ensemble(Readings):
     def force(self, value: Any) -> None:
         if self._force_from:
             raise SceneError(f"force: it cannot be set, because {self._force_from} gives it at every step")
-        self._given = vectors(value, self.count, self.nodes)
-        self._set_force(self._given)
+        given = vectors(value, self.count, self.nodes)
+        if self.time < self.reached:  # steps by error have gone beyond the time from which this force acts
+            self.bring_together()
+        self._given = given
+        self._set_force(given)
         self._written = self._given
 
     def apply_given_force(self) -> None:
@@ -346,7 +365,7 @@ class Ensemble(Readings):
         if self._given is None:
             return
         values, before, share = self._given, self._given_before, self._clock.share
-        if before is not None and before is not values and share > 0:
+        if before is not None and self._clock.changing and 0 < share < LONGEST_SHARE:
             values = values + share * (values - before)
         if values is not self._written:
             self._set_force(values)
@@ -357,9 +376,21 @@ class Ensemble(Readings):
         return step
 
     def end_planned_step(self) -> None:
-        """End a step that the user planned: the force set now is the previous one of the next."""
-        self._given_before = self._given
+        """End a step that the user planned: the force set now is the previous one of the next.
+
+        Only a force that changes from step to step is extrapolated: a jump would act backwards for a step.
+        """
+        given, before = self._given, self._given_before
+        self._clock.changing = given is not None and before is not None and not np.array_equal(before, given)
+        self.hold_force()
         self._clock.plan()
+
+    def hold_force(self) -> None:
+        """Write the force that was set as it is, for readings and for steps by error."""
+        self._given_before = self._given
+        if self._given is not None and self._written is not self._given:
+            self._set_force(self._given)
+            self._written = self._given
 
     def reserve_force(self, source: str) -> None:
         """Refuse forces set by the user from now on, because ``source`` writes the force at every step."""

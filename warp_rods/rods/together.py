@@ -39,6 +39,8 @@ class Rods(Protocol):
     step_tolerance: float
 
     @property
+    def frozen(self) -> int: ...
+    @property
     def first_step(self) -> float: ...
     @property
     def natural_time(self) -> float: ...
@@ -56,6 +58,8 @@ class Rods(Protocol):
     def finish_step(self) -> None: ...
     def step_to_event(self, step: float) -> float: ...
     def end_planned_step(self) -> None: ...
+    def hold_force(self) -> None: ...
+    def bring_together(self) -> None: ...
     def show_at(self, time: float) -> None: ...
     def show(self) -> None: ...
 
@@ -85,8 +89,8 @@ class Together:
         """Steps whose length follows their error."""
         self._starting = True
         """Whether the next step of a given length is one of the first, which are divided as their error demands."""
-        self._started, self._longest = self.reached, 0.0
-        """When the first steps began, and the longest step of a given length since."""
+        self._started, self._longest, self._taken_before = self.reached, 0.0, 0
+        """When the first steps began, the longest step of a given length since, and the steps taken before."""
         self._parts = 1
         """Parts of a step of a given length, so that no node moves too far: a power of 2."""
         self.finest = 1
@@ -103,9 +107,10 @@ class Together:
 
     def advance(self, dt: float, steps: int) -> Iterator[int]:
         """Take ``steps`` steps of ``dt``; yields the number of steps taken after each."""
+        self._align()
         for done in range(1, steps + 1):
             if dt > LONGER * self._longest:
-                self._starting, self._started = True, self.reached
+                self._starting, self._started, self._taken_before = True, self.reached, self.control.taken
             self._longest = max(self._longest, dt)
             if self._starting:
                 self._start(dt)
@@ -122,31 +127,31 @@ class Together:
         allowed = max(STARTING * (self._longest / natural) ** 3, SMALLEST_STARTING) / step_tolerance
         end = self.reached + dt
         while (left := end - self.reached) > 1e-12 * dt:
-            if self.control.taken >= MOST_STARTING:
-                self._take(left, dt / MOST_PARTS)
+            if self.control.taken - self._taken_before >= MOST_STARTING:
+                self._take(left, 1)
                 break
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
             self._follow_error(left if left <= step else min(step, left / 2), allowed, dt)
         duration = max(LONGEST_START[0] * self._longest, LONGEST_START[1] * natural)
-        in_time = self.reached < self._started + duration and self.control.taken < MOST_STARTING
+        in_time = self.reached < self._started + duration and self.control.taken - self._taken_before < MOST_STARTING
         self._starting = self.control.step < self._longest and in_time
 
     def _take_parts(self, dt: float) -> None:
         """A step of ``dt`` in the present number of parts, or more of them."""
         parts, largest = self._parts, 0.0
         for _ in range(parts):
-            largest = max(largest, self._take(dt / parts, dt / MOST_PARTS))
+            largest = max(largest, self._take(dt, parts))
         if 2 * largest < LARGEST_MOVE and self._parts > 1:
             self._parts //= 2
 
-    def _take(self, dt: float, shortest: float) -> float:
-        """Take a step of ``dt``, in halves if a node would move too far; returns the largest move in units of ε."""
-        move = self._try(dt)
-        if move > LARGEST_MOVE and dt > shortest:
-            self._parts = min(2 * self._parts, MOST_PARTS)
+    def _take(self, dt: float, parts: int) -> float:
+        """Take a part of a step of ``dt``, in halves if a node would move too far; returns the largest move in ε."""
+        move = self._try(dt / parts)
+        if move > LARGEST_MOVE and parts < MOST_PARTS:
+            self._parts = max(self._parts, 2 * parts)
             self.finest = max(self.finest, self._parts)
-            return max(self._take(dt / 2, shortest), self._take(dt / 2, shortest))
+            return max(self._take(dt, 2 * parts), self._take(dt, 2 * parts))
         self._accept(move)
         return move
 
@@ -157,6 +162,9 @@ class Together:
 
         tolerance: of a run. A rod whose step is not valid even if it is short is frozen.
         """
+        self._align()
+        for ensemble in self._ensembles:
+            ensemble.hold_force()
         while self.reached < time:
             step = min(self.control.step, self.longest)
             self._follow_error(min(e.step_to_event(step) for e in self._ensembles), tolerance, time)
@@ -169,12 +177,20 @@ class Together:
     def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
         """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""
         move = self._try(dt)
-        error = norm(np.concatenate([e.error_of_step() / e.step_tolerance for e in self._ensembles])) / tolerance
+        error = size_of(np.concatenate([e.error_of_step() / e.step_tolerance for e in self._ensembles])) / tolerance
         if self.control.accepts(dt, error, move / LARGEST_MOVE, self.reached, unit):
             self._accept(move)
         else:
             for ensemble in self._ensembles:
                 ensemble.reject_step()
+
+    def _align(self) -> None:
+        """Let ensembles begin anew together, if one has been moved apart: by steps of its own, or by a force set."""
+        times = {ensemble.reached for ensemble in self._ensembles}
+        if len(times) > 1 or np.isinf(self.reached):
+            for ensemble in self._ensembles:
+                ensemble.bring_together()
+            self.restart()
 
     # --- one step -----------------------------------------------------------------------------------------------------
 
@@ -197,14 +213,18 @@ class Together:
     def _accept(self, move: float) -> None:
         """Make the step tried the present state."""
         self.unresolved |= move > LARGEST_MOVE
-        lost = self._forces is not None and any(np.isinf(e.error_of_step()).any() for e in self._ensembles)
         if self._forces is not None:
             self._forces.keep()
+        frozen = self._frozen()
         for ensemble in self._ensembles:
             ensemble.accept_step()
             ensemble.finish_step()
-        if lost:  # a rod that is frozen acts on the others where it was
+        if self._frozen() > frozen:  # a rod that is frozen acts on the others where it was
             self._keep_present()
+
+    def _frozen(self) -> int:
+        """The number of rods that are frozen, where they act on others."""
+        return 0 if self._forces is None else sum(e.frozen for e in self._ensembles)
 
     def _keep_present(self) -> None:
         """Count displacements from the present state on, where the last step has put positions at another one."""
@@ -216,19 +236,26 @@ class Together:
     # --- state --------------------------------------------------------------------------------------------------------
 
     def state(self) -> np.ndarray:
-        """What the next steps depend on, besides the ensembles [8]."""
-        return np.array([self._starting, self._started, self._longest, self._parts, *self.control.state()])
+        """What the next steps depend on, besides the ensembles [9]."""
+        start = (self._starting, self._started, self._longest, self._taken_before)
+        return np.array([*start, self._parts, *self.control.state()])
 
     def restore(self, state: np.ndarray) -> None:
         """Return to a ``state``."""
         self._starting, self._started, self._longest = bool(state[0]), float(state[1]), float(state[2])
-        self._parts = int(state[3])
-        self.control.restore(state[4:])
+        self._taken_before, self._parts = int(state[3]), int(state[4])
+        self.control.restore(state[5:])
 
 
-def norm(errors: np.ndarray) -> float:
-    """The error of a step of many rods [rod]: root mean square, or a share of the largest if that is more."""
-    return max(float(np.sqrt(np.mean(errors**2))), SHARE_OF_LARGEST * float(errors.max()))
+def size_of(errors: np.ndarray) -> float:
+    """The error of a step of many rods [rod]: root mean square, or a share of the largest if that is more.
+
+    Rods that are frozen have a negative error and do not count.
+    """
+    counted = errors[errors >= 0]
+    if not len(counted):
+        return 0.0
+    return max(float(np.sqrt(np.mean(counted**2))), SHARE_OF_LARGEST * float(counted.max()))
 
 
 def exhaust(steps: Iterator[object]) -> None:

@@ -92,7 +92,8 @@ class Hook:
 
     def next_time(self, simulation: Simulation) -> float:
         """The time at which it is due next, where rods take steps of their own; infinity: at a frame."""
-        return self.cadence.next_time(simulation)
+        next_time = getattr(self.cadence, "next_time", None)
+        return math.inf if next_time is None else next_time(simulation)
 
     def call_if_due(self, simulation: Simulation) -> None:
         """Call the function once if it has become due since the last call."""

@@ -261,7 +261,8 @@ class Simulation(metaclass=Documented):
                     self._known_failures.add((name, rod))
                     lines.append(f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}")
         if frozen == self.rods:
-            raise RodFailure("\n".join([*lines, f"No rod is left: try time.step below {self.step_size:g}."]))
+            what = "more nodes or a smaller time.tolerance" if self.by_error else f"time.step below {self.step_size:g}"
+            raise RodFailure("\n".join([*lines, f"No rod is left: try {what}."]))
         return lines
 
     # --- state ------------------------------------------------------------------------------------------------------

@@ -42,6 +42,9 @@ class BoundLaunches:
         self._behind = [per_rod(1, wp.int32, self.device) for _ in parts]
         own = [partial(self._launch_own_step, *pair) for pair in zip(parts, self._behind, strict=True)]
         self._own_step = RecordedInThreads(own, self.device)
+        self._reject = Recorded(
+            partial(self._launch, levels.count_rejected, self.rods, self.arrays.f, self.arrays.pace), self.device
+        )
         self._show = Recorded(self._launch_show, self.device)
         self.evaluate = Recorded(self._launch_shown, self.device)
         self.find_output = Recorded(self._launch_output, self.device)
@@ -86,6 +89,10 @@ class BoundLaunches:
     def try_step(self) -> None:
         """Find the result of the step and its error, under the forces at the extrapolated state."""
         self._try()
+
+    def reject(self) -> None:
+        """Count the step tried as repeated."""
+        self._reject()
 
     def accept(self) -> None:
         """Make the result the present state."""

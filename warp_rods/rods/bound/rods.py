@@ -169,6 +169,10 @@ class BoundRods(BoundReadings, Ensemble):
         with exclusive:
             return to_host(self._arrays.plan.error)
 
+    def reject_step(self) -> None:
+        """Count the step tried as repeated."""
+        self._launches.reject()
+
     def accept_step(self) -> None:
         """Launch what makes the result of the step tried the present state."""
         self._launches.accept()
@@ -191,6 +195,14 @@ class BoundRods(BoundReadings, Ensemble):
             for name in ("rotation", "position"):
                 getattr(self._past, name).assign(getattr(self._f, name).numpy()[:, self.tracked])
             restart_pace(self._arrays.pace, self.time)
+            if self._arrays.contact_stiffness is not None:
+                self._past.contact_velocity.zero_()
+
+    @property
+    def frozen(self) -> int:
+        """The number of rods that are frozen."""
+        with exclusive:
+            return int(np.count_nonzero(to_host(self._f.status)))
 
     @property
     def pace_arrays(self) -> Any:
@@ -308,4 +320,5 @@ class BoundRods(BoundReadings, Ensemble):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        self._shown = self.time if self.time < self.reached else np.inf
         self.show()

@@ -204,6 +204,14 @@ class FreeRods(FreeReadings, Ensemble):
             for name in FRAME:
                 wp.copy(getattr(a.midpoint, name), getattr(a.shown_midpoint, name))
             restart_pace(a.pace, self.time)
+            if a.contact.present:
+                a.contact.velocity.zero_()
+
+    @property
+    def frozen(self) -> int:
+        """The number of rods that are frozen."""
+        with exclusive:
+            return int(np.count_nonzero(to_host(self._arrays.rods.status)))
 
     @property
     def pace_arrays(self) -> Any:

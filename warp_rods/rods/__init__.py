@@ -5,7 +5,7 @@ free, bound                          the two kinds: active rods in space, filame
 status, clock, variables             why a rod was frozen; time; the variables of a trajectory
 recorded, slices                     recorded kernel launches; slices of an ensemble, one for each thread
 per_rod                              parameters: one value for all rods or one for each
-step_limits                          the largest stable step
+together, control, pace              steps of several ensembles, and their lengths by error
 modes                                modes of a beam with free ends
 """
 

@@ -18,7 +18,7 @@ from warp_rods.rods.slices import thread_slices
 
 
 class BoundLaunches:
-    """``evaluate``: velocities and rates; ``advance``: a step; ``find_output``: the variables of a frame."""
+    """``predict``, ``try_step``, ``accept``, ``advance_past``: steps; ``evaluate``, ``find_output``: a frame."""
 
     def __init__(self, arrays: Arrays, surface: Surface, clock: Clock, middle: int):
         self.arrays, self.clock, self.middle = arrays, clock, middle

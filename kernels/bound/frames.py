@@ -1,7 +1,8 @@
 """Frames of surface-bound filaments in time and along the rod (docs/model.md §3.6).
 
-The frame of the tracked node is carried to the end of a step by one exponential, of its rates (4.29), (D.74) in steps of
-its own, by the formula of Ω in steps together; a clamped end stays. The other frames follow from it outwards (D.77), (D.81), (D.82), each projected onto the surface once.
+The frame of the tracked node is carried to the end of a step by one exponential, of its rates (4.29), (D.74) in steps
+of its own, by the formula of Ω in steps together; a clamped end stays. The other frames follow from it outwards (D.77),
+(D.81), (D.82), each projected onto the surface once.
 """
 
 import functools

@@ -216,7 +216,7 @@ class Ensemble(Readings):
 
         tolerance: about the error at the end, of places over L and of strains. Raises SceneError for an earlier time.
         """
-        time, tolerance = arguments.real("time", time), arguments.real("tolerance", tolerance)
+        time, tolerance = arguments.real("time", time, "zero or more"), arguments.real("tolerance", tolerance)
         if time < self.time:
             raise SceneError(f"time = {time:g}: must not be before the present time, {self.time:g}")
         if not self.has_own_steps:

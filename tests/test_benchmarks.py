@@ -10,6 +10,7 @@ SMALL = {
     "banded": {"BATCHES": (1, 2), "SECONDS": 1e-3},
     "free_rods": {"STEPS": {1: 2, 3: 2}, "REPEATS": 1},
     "proteins": {},
+    "steps": {"TOLERANCES": (0.1,), "STEPS": (2e-2,), "NODES": (17, 33), "FINEST": 33, "PAGE": None},
     "swarm": {"COUNTS": (20, 40), "STEPS": 2, "REPEATS": 1},
 }
 

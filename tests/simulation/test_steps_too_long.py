@@ -105,7 +105,7 @@ STEPS_BEFORE = {
     "a start that the ends contradict": 1.0 / 1e-3,
 }  # fmt: skip
 """Steps of the length that these cases asked for when bounds chose it."""
-FEWER = {"little drag along": 1.4, "hardly any drag along": 5, "a start that the ends contradict": 4}
+FEWER = {"little drag along": 1.4, "hardly any drag along": 4, "a start that the ends contradict": 4}
 """How many times fewer steps by error are at least; 10 for the others."""
 
 

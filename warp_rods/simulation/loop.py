@@ -23,9 +23,6 @@ from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
 from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
-FEWEST_STEPS = 100
-"""Smallest number of steps by error on a moving membrane, whose motion a long step might not see."""
-
 
 class Simulation(metaclass=Documented):
     """A scene on a device: its surfaces, ensembles, contact forces and time step.
@@ -51,8 +48,8 @@ class Simulation(metaclass=Documented):
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.keep()
         self.together = Together(list(self.ensembles.values()), self._surroundings)
-        if self._membrane_moves:
-            self.together.longest = scene.time.end / FEWEST_STEPS
+        if self._membrane_moves:  # its motion must not pass unseen
+            self.together.longest = scene.time.save_every
         self.warnings = laid_out.warnings
         self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
         """Δt, or the time between frames where steps are chosen by their error."""

@@ -17,7 +17,7 @@ import warp as wp
 import warp_rods.kernels
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.contact import box
-from warp_rods.kernels.free import output as free_output
+from warp_rods.kernels.free import load
 from warp_rods.kernels.surface import geometry as surface
 from warp_rods.membranes.surfaces import SURFACES
 
@@ -45,7 +45,7 @@ MADE: dict[str, Callable[[], list[wp.Module | ModuleType]]] = {
     "walls of a slab and of every surface": lambda: [
         box.walls_of(field).module for field in (box.slab, *(row.field for row in SURFACES.values()))
     ],
-    "an external force": lambda: [free_output.force_field(weight).module],
+    "an external force": lambda: [load.force_field(weight).module],
 }
 
 

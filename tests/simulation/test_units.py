@@ -69,8 +69,10 @@ def scene(kind: str, unit: tuple[float, float, float], moving: bool, **times: fl
 
 
 def frames(kind: str, unit: tuple[float, float, float], moving: bool) -> list[dict[str, np.ndarray]]:
-    """The frames of a short run, in units of 1."""
+    """The frames of a short run, in units of 1, in steps that are not divided at the start: round-off of an error
+    decides about the last digits of the parts."""
     simulation = Simulation(scene(kind, unit, moving, end=0.02, step=1e-3, save_every=0.01), "cpu")
+    simulation.together._starting, simulation.together._longest = False, simulation.step_size
     found = [simulation.variables()["f"]]
     while not simulation.finished:
         for _ in simulation.to_next_frame():

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_rods.contact.neighbours import Neighbours
 from warp_rods.contact.walls import Walls
+from warp_rods.device import exclusive
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.scene.scene import Scene
@@ -62,8 +63,9 @@ class Surroundings:
             if self.neighbours.outdated:
                 self.keep()
             move = self.neighbours.apply() / self.neighbours.core
-        for array in self._to_zero:
-            array.zero_()
+        with exclusive:
+            for array in self._to_zero:
+                array.zero_()
         if self._walls:
             self._walls.add_forces()
         return move

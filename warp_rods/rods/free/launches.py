@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_rods.device import exclusive
 from warp_rods.kernels.free import equal_steps, load, output, own_steps
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.lie import integrate_frames
@@ -81,7 +82,8 @@ class FreeLaunches:
 
     def show_at(self, time: float) -> None:
         """Make output that of this time within the last step of each rod."""
-        self._target.assign([time, 0.0, 0.0])
+        with exclusive:
+            self._target.assign([time, 0.0, 0.0])
 
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)

@@ -10,7 +10,7 @@ import warp as wp
 
 from warp_rods.kernels.layout import Scalars2D, Vectors2D, real
 from warp_rods.kernels.lie import ad
-from warp_rods.kernels.multistep import Levels, weights_at
+from warp_rods.kernels.multistep import Levels, Pace, weights_at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -20,6 +20,12 @@ GAUSS = wp.constant(real(0.28867513459481287))
 """√3/6, the distance of the Gauss points from the middle of a step of length 1."""
 COMMUTATOR = wp.constant(real(0.14433756729740643))
 """√3/12."""
+
+
+@wp.func
+def levels_of_rates(pace: Pace, rod: int, order: int) -> int:
+    """Levels at which rates are known, no more than the order needs; not those of the start."""
+    return wp.min(wp.min(pace.levels[rod] - 1, order), RATES)
 
 
 @wp.func

@@ -24,6 +24,12 @@ Levels = wp.types.vector(length=LEVELS, dtype=real)
 
 SAFETY = wp.constant(real(0.85))
 """Fraction of the step that the estimated error would allow."""
+SHORTEST = wp.constant(real(1.0e-13))
+"""The shortest step that is tried, in units of the time at its start."""
+SHORTEST_AT_START = wp.constant(real(1.0e-30))
+"""The shortest step at the start, in units of the time to which the steps go."""
+INFINITE = wp.constant(real(float("inf")))
+"""The error of a step whose result is not valid."""
 SMALLEST_ERROR = wp.constant(real(1.0e-12))
 SHORTEN_MOST = wp.constant(real(0.1))
 SHORTEN_LEAST = wp.constant(real(0.8))
@@ -129,6 +135,12 @@ def push_time(pace: Pace, rod: int, t: real, error: real):
     pace.levels[rod] = wp.min(pace.levels[rod] + 1, LEVELS)
     pace.taken[rod] = pace.taken[rod] + 1
     pace.waited[rod] = pace.waited[rod] + 1
+
+
+@wp.func
+def is_shortest(step: real, start: real, target: real) -> bool:
+    """Whether no step from ``start`` on the way to ``target`` may be shorter."""
+    return step < SHORTEST * start + SHORTEST_AT_START * target
 
 
 @wp.func

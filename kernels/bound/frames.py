@@ -17,9 +17,9 @@ from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import accept, take_back
 from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
-from warp_rods.kernels.magnus import RATES, twist_over
+from warp_rods.kernels.magnus import levels_of_rates, twist_over
 from warp_rods.kernels.multistep import Levels, Pace, formula_of, times_of, weights_at
-from warp_rods.kernels.status import KINK, LEFT_DATA, OFF_SURFACE, OK
+from warp_rods.kernels.status import HALF_TURN, KINK, LEFT_DATA, OFF_SURFACE, OK
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
     Parameters,
@@ -41,8 +41,6 @@ LARGEST_SHIFT = wp.constant(real(0.1))
 """Fraction of Δs by which a node may be projected onto the surface."""
 LARGEST_DISTANCE = wp.constant(real(0.01))
 """Fraction of Δs by which a node may be off the surface after it was projected."""
-HALF_TURN = wp.constant(real(wp.pi))
-"""Bending of a cell, in radians."""
 
 
 @wp.func
@@ -64,12 +62,6 @@ def third_column(R: wp.mat33d) -> wp.vec3d:
 def is_inside(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d) -> bool:
     """Whether x is in the box from ``low`` to ``high``."""
     return wp.min(x - low) >= real(0.0) and wp.min(high - x) >= real(0.0)
-
-
-@wp.func
-def levels_of_rates(pace: Pace, rod: int) -> int:
-    """Levels at which the rates of the tracked node are known, no more than the order needs; not those of the start."""
-    return wp.min(wp.min(pace.levels[rod] - 1, wp.max(pace.order[rod], 2)), RATES)
 
 
 @functools.cache
@@ -195,7 +187,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         set_length(f, growth, rod, t)
         R = past.rotation[rod]
         r = past.position[rod]
-        levels = levels_of_rates(pace, rod)
+        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
         if levels > 0 and f.start_clamped + f.end_clamped == 0:
             turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
             if plan.together[rod] == 1:
@@ -243,7 +235,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         R0 = past.rotation[rod]
         r0 = past.position[rod]
         turn = past.turn[rod, 0] - past.turn[rod, 1]
-        R, r, x = carried(past, p, rod, R0, r0, at, levels_of_rates(pace, rod), at[1], at[0], turn)
+        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
+        R, r, x = carried(past, p, rod, R0, r0, at, levels, at[1], at[0], turn)
         if plan.together[rod] == 1:
             omega, u = plan.angular_velocity[rod], plan.velocity[rod]
             R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / plan.rate[rod], turn)
@@ -297,7 +290,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 before,
                 past.position_before[rod],
                 at,
-                levels_of_rates(pace, rod),
+                levels_of_rates(pace, rod, wp.max(pace.order[rod], 2)),
                 at[1],
                 t,
                 turn,

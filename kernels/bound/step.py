@@ -7,12 +7,14 @@ from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, push_geod
 from warp_rods.kernels.bound.rod import angular_velocity, node_velocity
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Quadruples2D, Scalars1D, real
-from warp_rods.kernels.magnus import RATES
+from warp_rods.kernels.magnus import RATES, levels_of_rates, rate_at
 from warp_rods.kernels.multistep import (
+    INFINITE,
     LEVELS,
     Levels,
     Pace,
     choose_next,
+    is_shortest,
     local_error_scale,
     push_time,
     reject,
@@ -20,18 +22,12 @@ from warp_rods.kernels.multistep import (
     times_of,
     weights_at,
 )
-from warp_rods.kernels.status import NOT_FINITE, OK, TOO_BENT, TOO_FAST
+from warp_rods.kernels.status import HALF_TURN, NOT_FINITE, OK, TOO_BENT, TOO_FAST
 
 wp.set_module_options({"enable_backward": False})
 
-HALF_TURN = wp.constant(real(wp.pi))
-INFINITE = wp.constant(real(float("inf")))
 SHORTEN_INVALID = wp.constant(real(0.25))
 """The ratio of a step to one whose result was not valid."""
-SHORTEST = wp.constant(real(1.0e-13))
-"""The shortest step that is tried, in units of the time at its start."""
-SHORTEST_AT_START = wp.constant(real(1.0e-30))
-"""The shortest step at the start, in units of ``target[2]``."""
 
 
 @wp.func
@@ -95,11 +91,7 @@ def shift_error(
     f: Filaments, past: History, pace: Pace, at: Levels, rod: int, order: int, t: real, u: wp.vec3d
 ) -> real:
     """Error of a step in the position of the tracked node over L, from the velocity that its last values foretold."""
-    levels = wp.min(wp.min(pace.levels[rod] - 1, order), RATES)
-    w = weights_at(at, levels, t)
-    foretold = wp.vec3d()
-    for j in range(levels):
-        foretold += w[j] * past.velocity[rod, j]
+    foretold = rate_at(past.velocity, rod, weights_at(at, levels_of_rates(pace, rod, order), t))
     length = f.spacing[rod] * real(f.geodesic.shape[1] - 1)
     return (t - at[0]) * wp.length(u - foretold) / (length * real(order + 1))
 
@@ -169,7 +161,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
         return
     f.active[rod] = 0
     start = pace.at[rod, 0]
-    if plan.end[rod] - start < SHORTEST * start + SHORTEST_AT_START * target[2]:
+    if is_shortest(plan.end[rod] - start, start, target[2]):
         f.status[rod] = wp.max(plan.status[rod], NOT_FINITE)
         past.failed_at[rod] = start
     factor = step_factor(error, pace.order[rod])

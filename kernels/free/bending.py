@@ -9,9 +9,8 @@ components where the rod is twisted or contact adds a drag to η. Otherwise it i
 
 import warp as wp
 
-from warp_rods.kernels.banded import solve_pentadiagonal_rod
 from warp_rods.kernels.block_banded import solve_block_pentadiagonal_rod
-from warp_rods.kernels.free.rod import bending_rate, set_zero_end_rows
+from warp_rods.kernels.free.rod import bending_rate, set_zero_end_rows, solve_in_place
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.layout import real
 
@@ -29,7 +28,7 @@ def step_bending(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, b
         balance.rhs_pairs[rod, node] = rate - slope.bending[rod, node]
     if is_planar(rod, rods, star) and not feels_contact(rod, rods, balance):
         set_rows(rod, rods, a, balance)
-        solve_bending(rod, balance)
+        solve_in_place(rod, balance, balance.rhs_pairs)
     else:
         set_block_rows(rod, rods, star, a, balance)
         solve_block_bending(rod, balance)
@@ -185,22 +184,6 @@ def set_free_end_rows(rod: int, last: int, stiffness: real, balance: Balance):
     balance.lower2[rod, last] = zero
     balance.diagonal[rod, 1] += stiffness
     balance.diagonal[rod, last - 1] += stiffness
-
-
-@wp.func
-def solve_bending(rod: int, balance: Balance):
-    """δk, stored in place of the right-hand side."""
-    solve_pentadiagonal_rod(
-        rod,
-        balance.lower2,
-        balance.lower,
-        balance.diagonal,
-        balance.upper,
-        balance.upper2,
-        balance.rhs_pairs,
-        balance.work_pairs,
-        balance.rhs_pairs,
-    )
 
 
 @wp.func

@@ -20,12 +20,10 @@ from warp_rods.kernels.free.outcome import error_of_step, status_of, store_shape
 from warp_rods.kernels.free.state import Balance, Contact, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
-from warp_rods.kernels.multistep import Pace, formula_of, push_time, times_of
+from warp_rods.kernels.multistep import INFINITE, Pace, formula_of, push_time, times_of
 from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
-
-INFINITE = wp.constant(real(wp.inf))
 
 
 @wp.kernel

@@ -11,7 +11,7 @@ from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
 from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import orthonormalise, se3_compose, se3_exp, se3_inverse, se3_log
-from warp_rods.kernels.magnus import RATES, mean_over, rate_at, twist_over
+from warp_rods.kernels.magnus import RATES, levels_of_rates, mean_over, rate_at, twist_over
 from warp_rods.kernels.multistep import Formula, Levels, Pace, times_of, weights_at
 
 wp.set_module_options({"enable_backward": False})
@@ -43,12 +43,6 @@ def push_rates(rod: int, midpoint: Midpoint, omega: wp.vec3d, velocity: wp.vec3d
     midpoint.angular_velocity[rod, 0] = omega
     midpoint.velocity[rod, 0] = velocity
     midpoint.roll_rate[rod, 0] = roll_rate
-
-
-@wp.func
-def levels_of_rates(pace: Pace, rod: int, order: int):
-    """Levels at which the rates of the middle node are known, no more than the order needs; not those of the start."""
-    return wp.min(wp.min(pace.levels[rod] - 1, order), RATES)
 
 
 @wp.func

@@ -6,11 +6,9 @@ from warp_rods.kernels.free.error import error_of
 from warp_rods.kernels.free.state import Past, Shape, Swimmers
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.multistep import Levels, local_error_scale, weights_at
-from warp_rods.kernels.status import NOT_FINITE, OK, TOO_BENT
+from warp_rods.kernels.status import HALF_TURN, NOT_FINITE, OK, TOO_BENT
 
 wp.set_module_options({"enable_backward": False})
-
-HALF_TURN = wp.constant(real(wp.pi))
 
 
 @wp.func

@@ -5,7 +5,6 @@ import warp as wp
 from warp_rods.kernels.free.motion import (
     carried_midpoint,
     carry_midpoint,
-    levels_of_rates,
     midpoint_rates,
     push_rates,
 )
@@ -13,10 +12,12 @@ from warp_rods.kernels.free.outcome import error_of_step, shape_error, status_of
 from warp_rods.kernels.free.state import Balance, Midpoint, Past, Shape, Swimmers
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
+from warp_rods.kernels.magnus import levels_of_rates
 from warp_rods.kernels.multistep import (
     Pace,
     choose_next,
     formula_of,
+    is_shortest,
     push_time,
     reject,
     step_factor,
@@ -26,11 +27,6 @@ from warp_rods.kernels.multistep import (
 from warp_rods.kernels.status import NOT_FINITE, OK
 
 wp.set_module_options({"enable_backward": False})
-
-SHORTEST = wp.constant(real(1.0e-13))
-"""The shortest step that is tried, in units of the time at its start."""
-SHORTEST_AT_START = wp.constant(real(1.0e-30))
-"""The shortest step at the start, in units of ``target[2]``."""
 
 
 @wp.kernel
@@ -65,7 +61,7 @@ def advance_past(
         if status == OK:
             error = error_of_step(rod, at, levels, order, t, now, past, star) / target[1]
         if not (error <= real(1.0)):
-            if t - at[0] < SHORTEST * at[0] + SHORTEST_AT_START * target[2]:
+            if is_shortest(t - at[0], at[0], target[2]):
                 rods.status[rod] = wp.max(status, NOT_FINITE)
                 failed_at[rod] = at[0]
             reject(pace, rod, step_factor(error, order))

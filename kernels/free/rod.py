@@ -8,9 +8,11 @@ Functions of one rod loop over its nodes and store their results in ``Balance``.
 row that all rods share, so one thread must complete the whole step of a rod.
 """
 
+from typing import Any
+
 import warp as wp
 
-from warp_rods.kernels.banded import solve_tridiagonal_rod
+from warp_rods.kernels.banded import solve_pentadiagonal_rod, solve_tridiagonal_rod
 from warp_rods.kernels.block_banded import inverse
 from warp_rods.kernels.free.flagella import reaction
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
@@ -107,6 +109,22 @@ def solve_tension(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
     set_zero_end_rows(rod, last, balance)
     solve_tridiagonal_rod(
         rod, balance.lower, balance.diagonal, balance.upper, balance.rhs, balance.work, balance.tension
+    )
+
+
+@wp.func
+def solve_in_place(rod: int, balance: Balance, rhs: Any):
+    """The solution of the pentadiagonal system, stored in place of its right-hand side."""
+    solve_pentadiagonal_rod(
+        rod,
+        balance.lower2,
+        balance.lower,
+        balance.diagonal,
+        balance.upper,
+        balance.upper2,
+        rhs,
+        balance.work_pairs,
+        rhs,
     )
 
 

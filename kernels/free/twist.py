@@ -8,12 +8,12 @@ change of twist causes. It spreads twist, as the first one does, and more than t
 
 import warp as wp
 
-from warp_rods.kernels.banded import solve_pentadiagonal_rod
 from warp_rods.kernels.free.rod import (
     find_transverse_source,
     find_transverse_velocity,
     roll_rate_after,
     set_zero_end_rows,
+    solve_in_place,
 )
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.layout import real
@@ -39,7 +39,7 @@ def step_twist(rod: int, rods: Swimmers, star: Shape, slope: Shape, a: real, bal
     if most == real(0.0):
         return
     set_twist_rows(rod, rods, star, a, balance)
-    solve_twist(rod, balance)
+    solve_in_place(rod, balance, balance.rhs)
     for node in range(1, last):
         star.twist[rod, node] += balance.rhs[rod, node]
 
@@ -90,19 +90,3 @@ def set_twist_rows(rod: int, rods: Swimmers, star: Shape, a: real, balance: Bala
         balance.diagonal[rod, node] = a + two * diffusion + g * (B_before + B - two * A_before)
         balance.upper[rod, node] = g * (B - A_before - A) - diffusion
         balance.upper2[rod, node] = -g * A
-
-
-@wp.func
-def solve_twist(rod: int, balance: Balance):
-    """δτ, stored in place of the right-hand side."""
-    solve_pentadiagonal_rod(
-        rod,
-        balance.lower2,
-        balance.lower,
-        balance.diagonal,
-        balance.upper,
-        balance.upper2,
-        balance.rhs,
-        balance.work_pairs,
-        balance.rhs,
-    )

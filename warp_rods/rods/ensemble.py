@@ -53,7 +53,7 @@ FOR_THE_LOOP = frozenset(
         ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "step_to_event", "position_array", "force_array"),
-        *("spacing_array", "transverse_drag", "reserve_force", "failed_at", "stride"),
+        *("spacing_array", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
 )
@@ -334,11 +334,6 @@ class Ensemble(Readings):
     @abstractmethod
     def spacing_array(self) -> wp.array:
         """Δs on the device [rod]; length."""
-
-    @property
-    @abstractmethod
-    def transverse_drag(self) -> np.ndarray:
-        """ζ⊥ [rod]."""
 
     @property
     def force(self) -> np.ndarray:

@@ -271,11 +271,6 @@ class BoundRods(BoundReadings, Ensemble):
         return self._f.spacing
 
     @property
-    def transverse_drag(self) -> np.ndarray:
-        """ζ⊥ [rod]."""
-        return self.drag[:, 1]
-
-    @property
     def failed_at(self) -> np.ndarray:
         """The time at which each rod was frozen [rod]; meaningless for the others."""
         with exclusive:

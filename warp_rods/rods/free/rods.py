@@ -291,11 +291,6 @@ class FreeRods(FreeReadings, Ensemble):
         return self._arrays.spacing
 
     @property
-    def transverse_drag(self) -> np.ndarray:
-        """ζ⊥ = η [rod], in units of ζ∥."""
-        return self.drag_ratio
-
-    @property
     def failed_at(self) -> np.ndarray:
         """The time at which each rod was frozen [rod]; meaningless for the others."""
         with exclusive:

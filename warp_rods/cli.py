@@ -16,7 +16,7 @@ from rich.console import Console
 
 from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
-from warp_rods.errors import SceneError, WarpRodsError
+from warp_rods.errors import RodFailure, SceneError, WarpRodsError
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -51,7 +51,7 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in the folder")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
-    """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
+    """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
     from warp_rods.analysis.summary import summary
     from warp_rods.workflow import run as run_scene
 
@@ -63,6 +63,8 @@ def run(
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+    if done.lost:
+        raise typer.Exit(RodFailure.exit_code)
 
 
 def _log_to(console: Console) -> None:
@@ -166,7 +168,7 @@ def devices() -> None:
 
 
 def main() -> None:
-    """Entry point; exit code 2 for a mistake of the user, 1 for a failed run, 130 for an interrupted one."""
+    """Entry point; exit code 2 for a mistake of the user, 3 where rods were lost, 130 for an interrupted run."""
     start_warp()
     try:
         app()

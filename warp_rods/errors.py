@@ -31,7 +31,9 @@ class RunFolderError(WarpRodsError):
 
 
 class RodFailure(WarpRodsError):
-    """Rods that became non-finite or left their surface; names the rods, their times and parameters."""
+    """All rods were lost: they became non-finite, left their surface, …; names rods, times and parameters."""
+
+    exit_code = 3
 
 
 class UnknownReproduction(WarpRodsError):

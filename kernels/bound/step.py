@@ -22,7 +22,7 @@ from warp_rods.kernels.multistep import (
     times_of,
     weights_at,
 )
-from warp_rods.kernels.status import HALF_TURN, NOT_FINITE, OK, TOO_BENT, TOO_FAST
+from warp_rods.kernels.status import HALF_TURN, NOT_FINITE, OK, TOO_BENT, TOO_FAST, why_frozen
 
 wp.set_module_options({"enable_backward": False})
 
@@ -162,7 +162,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
     f.active[rod] = 0
     start = pace.at[rod, 0]
     if is_shortest(plan.end[rod] - start, start, target[2]):
-        f.status[rod] = wp.max(plan.status[rod], NOT_FINITE)
+        f.status[rod] = why_frozen(plan.status[rod])
         past.failed_at[rod] = start
     factor = step_factor(error, pace.order[rod])
     if plan.status[rod] != OK:

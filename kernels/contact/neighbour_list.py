@@ -8,6 +8,7 @@ import warp as wp
 
 from warp_rods.kernels.contact.box import nearest_image
 from warp_rods.kernels.layout import Integers1D, Integers2D, Scalars1D, Vectors1D, Vectors2D, real
+from warp_rods.kernels.status import OK
 from warp_rods.kernels.stencils import trapezoid_weight
 
 wp.set_module_options({"enable_backward": False})
@@ -26,7 +27,7 @@ class Points:
     last_position: Vectors1D  # position in the last step
     listed_position: Vectors1D  # position when the lists were built
     cell: Vectors1D  # listed position in units of the cells of the grid
-    weight: Scalars1D  # weight in the trapezoid rule
+    weight: Scalars1D  # weight in the trapezoid rule, 0 on a rod that is frozen: the others go on without it
     arc_length: Scalars1D  # from the start of the rod
     excluded: Scalars1D  # pairs of one rod that are closer than this along it do not interact
     rod: Integers1D  # number of the rod, counted over all ensembles
@@ -44,17 +45,19 @@ class Lists:
 
 
 @wp.kernel
-def collect_points(position: Vectors2D, spacing: Scalars1D, first: int, core: real, points: Points):
+def collect_points(position: Vectors2D, spacing: Scalars1D, status: Integers1D, first: int, core: real, points: Points):
     """Copy the nodes of one ensemble to the points from ``first`` on, and record how far they have moved."""
     rod, i = wp.tid()
     nodes = position.shape[1]
     h = spacing[rod]
     k = first + rod * nodes + i
     x = position[rod, i]
-    record_move(points.largest_moves, IN_A_STEP, x - points.last_position[k])
-    record_move(points.largest_moves, SINCE_LISTED, x - points.listed_position[k])
     points.position[k] = x
-    points.weight[k] = trapezoid_weight(i, nodes, h)
+    points.weight[k] = real(0.0)
+    if status[rod] == OK:
+        points.weight[k] = trapezoid_weight(i, nodes, h)
+        record_move(points.largest_moves, IN_A_STEP, x - points.last_position[k])
+        record_move(points.largest_moves, SINCE_LISTED, x - points.listed_position[k])
     points.arc_length[k] = h * real(i)
     # Slightly below the bound, so that round-off does not decide about pairs at the bound.
     points.excluded[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h

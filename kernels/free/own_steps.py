@@ -24,7 +24,7 @@ from warp_rods.kernels.multistep import (
     times_of,
     weights_at,
 )
-from warp_rods.kernels.status import NOT_FINITE, OK
+from warp_rods.kernels.status import OK, why_frozen
 
 wp.set_module_options({"enable_backward": False})
 
@@ -62,7 +62,7 @@ def advance_past(
             error = error_of_step(rod, at, levels, order, t, now, past, star) / target[1]
         if not (error <= real(1.0)):
             if is_shortest(t - at[0], at[0], target[2]):
-                rods.status[rod] = wp.max(status, NOT_FINITE)
+                rods.status[rod] = why_frozen(status)
                 failed_at[rod] = at[0]
             reject(pace, rod, step_factor(error, order))
         else:

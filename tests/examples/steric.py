@@ -19,6 +19,7 @@ class Held:
         self.force_array = per_node(self.count, self.nodes, wp.vec3d, device)
         self.contact_stiffness_array = per_node(self.count, self.nodes, wp.mat33d, device)
         self.spacing_array = wp.array(rods.spacing, dtype=wp.float64, device=device)
+        self.status_array = wp.zeros(self.count, dtype=wp.int32, device=device)
         self.place(rods.position)
 
     def place(self, position: np.ndarray) -> None:

@@ -131,8 +131,8 @@ def test_every_combination_of_forces_runs(changes, tmp_path):
     assert (energies["wall_energy"] > 0) <= (tables.get("box", {}).get("kind") == "slab")
 
 
-def test_a_frozen_rod_still_interacts_and_the_others_continue():
-    """It interacts at its last valid position; a rod with a non-finite position does not interact."""
+def test_the_others_continue_without_a_frozen_rod():
+    """Whether its parameters or its state were broken."""
     for broken in ("rods", "now"):
         simulation = Simulation(film(end=0.1, every=0.05), "cpu")
         soft = simulation.ensembles["soft"]

@@ -33,7 +33,7 @@ class Neighbours:
     ``apply`` writes the force per length, and its stiffness K, at the present positions to the arrays of each ensemble.
     It uses lists of the neighbours within the cut-off and a ``skin`` (default ε), and rebuilds them when a node has
     moved by half the skin. period [3]: of the box along each axis, 0 for an axis without one; the nearest image of each
-    pair counts.
+    pair counts. Rods that are frozen do not act on others.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Neighbours:
         # Read before any recording: an ensemble may have to allocate its forces first, and then compute its frames.
         forces = [e.force_array for e in self._ensembles]
         self._arrays = [
-            (e.position_array, e.spacing_array, f, e.contact_stiffness_array)
+            (e.position_array, e.spacing_array, e.status_array, f, e.contact_stiffness_array)
             for e, f in zip(self._ensembles, forces, strict=True)
         ]
         self._yukawa = _yukawa(strength, range, core)
@@ -178,8 +178,8 @@ class Neighbours:
         return False
 
     def _launch_collect(self) -> None:
-        for first, (position, spacing, *_) in zip(self._first, self._arrays, strict=False):
-            inputs = [position, spacing, first, self.core, self._points]
+        for first, (position, spacing, status, *_) in zip(self._first, self._arrays, strict=False):
+            inputs = [position, spacing, status, first, self.core, self._points]
             wp.launch(neighbour_list.collect_points, dim=position.shape, inputs=inputs, device=self._device)
 
     def _launch_sum_pairs(self, points: slice) -> None:
@@ -187,7 +187,7 @@ class Neighbours:
         wp.launch(steric.sum_pairs, dim=points.stop - points.start, inputs=inputs, device=self._device)
 
     def _launch_distribute(self) -> None:
-        for first, (_, _, force, stiffness) in zip(self._first, self._arrays, strict=False):
+        for first, (*_, force, stiffness) in zip(self._first, self._arrays, strict=False):
             inputs = [self._sums, first, force, stiffness]
             wp.launch(steric.distribute, dim=force.shape, inputs=inputs, device=self._device)
 

@@ -49,11 +49,10 @@ FOR_THE_LOOP = frozenset(
             "take_own_steps",
             "bring_together",
             "hold_force",
-            "frozen",
         ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "step_to_event", "position_array", "force_array"),
-        *("spacing_array", "reserve_force", "failed_at", "stride"),
+        *("spacing_array", "status_array", "give_up", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
 )
@@ -254,11 +253,6 @@ class Ensemble(Readings):
         """The time that steps have reached; not before ``time``."""
         return self._clock.reached
 
-    @property
-    @abstractmethod
-    def frozen(self) -> int:
-        """The number of rods that are frozen."""
-
     def show_at(self, time: float) -> None:
         """Make ``time``, readings and positions those of a time within the last step."""
         self._clock.time = time
@@ -293,6 +287,10 @@ class Ensemble(Readings):
 
         Infinite where the result is not valid.
         """
+
+    @abstractmethod
+    def give_up(self, allowed: float) -> None:
+        """Launch what makes the results of rods whose error is above ``allowed`` invalid: no step may be shorter."""
 
     @abstractmethod
     def accept_step(self) -> None:
@@ -334,6 +332,11 @@ class Ensemble(Readings):
     @abstractmethod
     def spacing_array(self) -> wp.array:
         """Δs on the device [rod]; length."""
+
+    @property
+    @abstractmethod
+    def status_array(self) -> wp.array:
+        """``Status`` on the device [rod]; rods that are frozen do not act on others."""
 
     @property
     def force(self) -> np.ndarray:

@@ -24,6 +24,7 @@ class Status(IntEnum, metaclass=_Documented):
     TOO_FAST = int(status.TOO_FAST)
     KINK = int(status.KINK)
     LEFT_DATA = int(status.LEFT_DATA)
+    UNRESOLVED = int(status.UNRESOLVED)
 
     @property
     def words(self) -> str:
@@ -39,4 +40,5 @@ WORDS = {
     Status.TOO_FAST: "was about to move by more than its length in one step",
     Status.KINK: "reached a kink of its surface, or a bend that is too sharp for the spacing of its nodes",
     Status.LEFT_DATA: "reached the end of its surface, the box beyond which φ is not given",
+    Status.UNRESOLVED: "changed too fast to be followed: its error was too large even in the shortest step",
 }

@@ -39,8 +39,6 @@ class Rods(Protocol):
     step_tolerance: float
 
     @property
-    def frozen(self) -> int: ...
-    @property
     def first_step(self) -> float: ...
     @property
     def natural_time(self) -> float: ...
@@ -54,6 +52,7 @@ class Rods(Protocol):
     def try_step(self) -> None: ...
     def error_of_step(self) -> np.ndarray: ...
     def reject_step(self) -> None: ...
+    def give_up(self, allowed: float) -> None: ...
     def accept_step(self) -> None: ...
     def finish_step(self) -> None: ...
     def step_to_event(self, step: float) -> float: ...
@@ -132,7 +131,7 @@ class Together:
                 break
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
-            self._follow_error(left if left <= step else min(step, left / 2), allowed, dt)
+            self._follow_error(left if left <= step else min(step, left / 2), allowed, dt, give_up=False)
         duration = max(LONGEST_START[0] * self._longest, LONGEST_START[1] * natural)
         in_time = self.reached < self._started + duration and self.control.taken - self._taken_before < MOST_STARTING
         self._starting = self.control.step < self._longest and in_time
@@ -160,25 +159,32 @@ class Together:
     def advance_to(self, time: float, tolerance: float) -> Iterator[float]:
         """Advance past ``time`` in steps by error, and show that time; yields the time that is shown after each.
 
-        tolerance: of a run. A rod whose step is not valid even if it is short is frozen.
+        tolerance: of a run. A rod whose shortest step is not valid or has too large an error is frozen.
         """
         self._align()
         for ensemble in self._ensembles:
             ensemble.hold_force()
         while self.reached < time:
             step = min(self.control.step, self.longest)
-            self._follow_error(min(e.step_to_event(step) for e in self._ensembles), tolerance, time)
+            dt = min(e.step_to_event(step) for e in self._ensembles)
+            self._follow_error(dt, tolerance, time, give_up=True)
             if self.reached < time:
                 yield self.reached
         for ensemble in self._ensembles:
             ensemble.show_at(time)
         yield time
 
-    def _follow_error(self, dt: float, tolerance: float, unit: float) -> None:
-        """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one."""
+    def _follow_error(self, dt: float, tolerance: float, unit: float, *, give_up: bool) -> None:
+        """Try a step of ``dt``; take it or not, as its error demands, which chooses the next one.
+
+        give_up: whether rods are frozen whose error is too large even in the shortest step.
+        """
         move = self._try(dt)
         error = size_of(np.concatenate([e.error_of_step() / e.step_tolerance for e in self._ensembles])) / tolerance
         if self.control.accepts(dt, error, move / LARGEST_MOVE, self.reached, unit):
+            if give_up and error > 1:
+                for ensemble in self._ensembles:
+                    ensemble.give_up(ensemble.step_tolerance * tolerance)
             self._accept(move)
         else:
             for ensemble in self._ensembles:
@@ -215,16 +221,9 @@ class Together:
         self.unresolved |= move > LARGEST_MOVE
         if self._forces is not None:
             self._forces.keep()
-        frozen = self._frozen()
         for ensemble in self._ensembles:
             ensemble.accept_step()
             ensemble.finish_step()
-        if self._frozen() > frozen:  # a rod that is frozen acts on the others where it was
-            self._keep_present()
-
-    def _frozen(self) -> int:
-        """The number of rods that are frozen, where they act on others."""
-        return 0 if self._forces is None else sum(e.frozen for e in self._ensembles)
 
     def _keep_present(self) -> None:
         """Count displacements from the present state on, where the last step has put positions at another one."""

@@ -9,7 +9,7 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import tomli_w
 from pydantic import Field, ValidationError
@@ -33,6 +33,7 @@ class Scene(Table):
 
     title: str = Field(default="", description="text in quotes")
     seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
+    on_failure: Literal["continue", "stop"] = Field(default="continue", description='"continue" or "stop"')
     surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[FilamentsTable, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")

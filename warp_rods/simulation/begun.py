@@ -23,7 +23,7 @@ __all__ = ["KEPT", "Begun"]
 
 KEPT = "kept_surfaces"
 """The attribute of the root of a store with hashes and origins of the surfaces that the folder keeps."""
-MAY_CHANGE = ("output.usd",)
+MAY_CHANGE = ("output.usd", "on_failure")
 """Keys beside [time] that do not change the trajectory."""
 
 

@@ -17,7 +17,7 @@ from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.together import LARGEST_MOVE, Together, exhaust
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import layout
+from warp_rods.simulation import layout, losses
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
@@ -31,12 +31,12 @@ class Simulation(metaclass=Documented):
     find, such as a filament too long for its surface, a surface without points, or rods that do not fit.
     """
 
-    _unlisted = frozenset({"by_error", "rod_steps"})
+    _unlisted = frozenset({"by_error", "rod_steps", "interacting", "frozen"})
 
     def __init__(self, scene: Scene, device: str | None = None):
         made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"
         self.scene, self.device = arguments.instance("scene", scene, Scene, made), device_of(device)
-        self._known_failures: set[tuple[str, int]] = set()
+        self._losses = losses.Losses()
         laid_out = layout.lay_out(scene, self.device)
         self.scene = scene = laid_out.scene
         self.ensembles: dict[str, Ensemble] = laid_out.ensembles
@@ -80,7 +80,7 @@ class Simulation(metaclass=Documented):
     @property
     def own_steps(self) -> bool:
         """Whether rods take steps of their own: chosen by error, and they do not feel each other."""
-        alone = self._surroundings.neighbours is None and not self._surroundings.has_walls
+        alone = not self.interacting and not self._surroundings.has_walls
         return self.by_error and alone and all(e.has_own_steps for e in self.ensembles.values())
 
     @property
@@ -93,7 +93,7 @@ class Simulation(metaclass=Documented):
         return f"<Simulation of {', '.join(counts)} on {self.device}: t = {self.now:g} of {self.scene.time.end:g}>"
 
     def _reset_warnings(self) -> None:
-        self._energy = EnergyWatch(self._surroundings.neighbours is not None)
+        self._energy = EnergyWatch(self.interacting)
         self._end = EndWatch({name: e.ends_of_space for name, e in self.ensembles.items()})
         self._step_watch = StepWatch()
         self._contact_warned = False
@@ -115,6 +115,16 @@ class Simulation(metaclass=Documented):
     def rods(self) -> int:
         """The number of rods of all ensembles."""
         return sum(e.count for e in self.ensembles.values())
+
+    @property
+    def frozen(self) -> int:
+        """The number of rods that are frozen."""
+        return losses.frozen(self.ensembles)
+
+    @property
+    def interacting(self) -> bool:
+        """Whether rods feel each other."""
+        return self._surroundings.neighbours is not None
 
     @property
     def finished(self) -> bool:
@@ -249,15 +259,12 @@ class Simulation(metaclass=Documented):
         return found
 
     def new_failures(self) -> list[str]:
-        """A line for each rod that was frozen since the last call; raises RodFailure if all rods are frozen."""
-        lines, frozen = [], 0
-        for name, ensemble in self.ensembles.items():
-            for rod, when, what in ensemble.failures():
-                frozen += 1
-                if (name, rod) not in self._known_failures:
-                    self._known_failures.add((name, rod))
-                    lines.append(f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}")
-        if frozen == self.rods:
+        """Lines about rods that were frozen since the last call; raises RodFailure if all rods are frozen.
+
+        A line for each of a few, and a summary of more than that.
+        """
+        lines = self._losses.check(self.ensembles)
+        if self.frozen == self.rods:
             what = "more nodes or a smaller time.tolerance" if self.by_error else f"time.step below {self.step_size:g}"
             raise RodFailure("\n".join([*lines, f"No rod is left: try {what}."]))
         return lines

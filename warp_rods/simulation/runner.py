@@ -18,7 +18,7 @@ from warp_rods.documented import Documented
 from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import trajectory
+from warp_rods.simulation import losses, trajectory
 from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
@@ -125,7 +125,8 @@ def simulate(
                 then(folder, simulation.scene, report)
         finally:
             saver.keep_messages()
-    return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, saver.lost, report.messages)
+    lost = losses.lines(simulation.ensembles)
+    return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, lost, report.messages)
 
 
 class _Saver:
@@ -136,8 +137,6 @@ class _Saver:
         self._checkpointed = -np.inf
         self._earlier = kept.writer.messages
         self._said = 0
-        self.lost: list[str] = []
-        """A line for each rod that was frozen."""
 
     def __call__(self, simulation: Simulation) -> None:
         output, frame = simulation.scene.output, simulation.variables()
@@ -145,12 +144,12 @@ class _Saver:
         self._kept.writer.append(
             simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
         )
+        stop_for_failures(simulation)
         if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
             self._checkpointed = time.perf_counter()
             self._kept.checkpoint(simulation.state())
         for line in simulation.new_failures():
-            self.lost.append(line)
-            self._report.warn(f"lost: {line}; it keeps its last valid state, the others continue")
+            self._report.warn(f"lost: {line}")
         for line in simulation.new_warnings():
             self._report.warn(line)
         self.keep_messages()
@@ -160,6 +159,14 @@ class _Saver:
         if len(self._report.messages) > self._said:
             self._said = len(self._report.messages)
             self._kept.writer.describe(messages=[*self._earlier, *self._report.messages])
+
+
+def stop_for_failures(simulation: Simulation) -> None:
+    """End the run where a rod was lost and the scene says so."""
+    if simulation.scene.on_failure == "stop" and simulation.frozen:
+        simulation.stop(
+            'a rod was lost, and on_failure = "stop"; to go on without it: on_failure = "continue", --resume'
+        )
 
 
 def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Simulation:
@@ -183,6 +190,7 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
 def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Report) -> None:
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
+    stop_for_failures(simulation)
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
     report.note(f"continuing from t = {simulation.time:g}{more}")
 
@@ -194,6 +202,7 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
+    _tell_losses(simulation, report)
     if simulation.together.finest > 1:
         report.note(f"contact: steps were cut into {simulation.together.finest} at times")
     if simulation.stopped is not None:
@@ -201,6 +210,15 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
     if simulation.by_error:
         report.note(_steps_by_error(simulation))
     return simulation.rod_steps - first
+
+
+def _tell_losses(simulation: Simulation, report: Report) -> None:
+    """How many rods were lost in all, and what became of the others."""
+    others = "the others go on without them" if simulation.interacting else "the others go on"
+    others = "the others are not affected" if simulation.own_steps else others
+    for name, ensemble in simulation.ensembles.items():
+        if line := losses.summary(name, ensemble):
+            report.warn(f"lost in all: {line}; they keep their last valid state, measures leave them out, {others}")
 
 
 def _steps_by_error(simulation: Simulation) -> str:

@@ -10,6 +10,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.banded import solve_pentadiagonal, solve_tridiagonal
 from warp_rods.kernels.bound import angles, contact, energy, frames, levels, linear_systems, load, rod, step
 from warp_rods.kernels.layout import per_rod
+from warp_rods.kernels.status import give_up
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.arrays import ENDS, Arrays, allocate_contact, slice_arrays
 from warp_rods.rods.clock import Clock
@@ -93,6 +94,11 @@ class BoundLaunches:
     def reject(self) -> None:
         """Count the step tried as repeated."""
         self._reject()
+
+    def give_up(self, allowed: float) -> None:
+        """Make results with an error above ``allowed`` invalid."""
+        with exclusive:
+            self._launch(give_up, self.rods, self.arrays.plan.error, allowed, self.arrays.plan.status)
 
     def accept(self) -> None:
         """Make the result the present state."""

@@ -169,6 +169,10 @@ class BoundRods(BoundReadings, Ensemble):
         with exclusive:
             return to_host(self._arrays.plan.error)
 
+    def give_up(self, allowed: float) -> None:
+        """Launch what makes the results of rods whose error is above ``allowed`` invalid."""
+        self._launches.give_up(allowed)
+
     def reject_step(self) -> None:
         """Count the step tried as repeated."""
         self._launches.reject()
@@ -197,12 +201,6 @@ class BoundRods(BoundReadings, Ensemble):
             restart_pace(self._arrays.pace, self.time)
             if self._arrays.contact_stiffness is not None:
                 self._past.contact_velocity.zero_()
-
-    @property
-    def frozen(self) -> int:
-        """The number of rods that are frozen."""
-        with exclusive:
-            return int(np.count_nonzero(to_host(self._f.status)))
 
     @property
     def pace_arrays(self) -> Any:
@@ -269,6 +267,11 @@ class BoundRods(BoundReadings, Ensemble):
     def spacing_array(self) -> wp.array:
         """Δs on the device [rod]."""
         return self._f.spacing
+
+    @property
+    def status_array(self) -> wp.array:
+        """``Status`` on the device [rod]."""
+        return self._f.status
 
     @property
     def failed_at(self) -> np.ndarray:

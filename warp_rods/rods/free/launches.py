@@ -11,6 +11,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.free import equal_steps, load, output, own_steps
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.lie import integrate_frames
+from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, slice_arrays
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
@@ -70,6 +71,11 @@ class FreeLaunches:
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self.try_step.threads
+
+    def give_up(self, allowed: float) -> None:
+        """Make results with an error above ``allowed`` invalid."""
+        with exclusive:
+            self._launch(give_up, self.rods, self.arrays.trial.error, allowed, self.arrays.trial.status)
 
     def accept(self) -> None:
         """Make the result of the step tried the present state of every rod that is not frozen."""

@@ -163,6 +163,10 @@ class FreeRods(FreeReadings, Ensemble):
         with exclusive:
             return to_host(self._arrays.trial.error)
 
+    def give_up(self, allowed: float) -> None:
+        """Launch what makes the results of rods whose error is above ``allowed`` invalid."""
+        self._launches.give_up(allowed)
+
     def accept_step(self) -> None:
         """Launch what makes the result of the step tried the present state."""
         self._launches.accept()
@@ -206,12 +210,6 @@ class FreeRods(FreeReadings, Ensemble):
             restart_pace(a.pace, self.time)
             if a.contact.present:
                 a.contact.velocity.zero_()
-
-    @property
-    def frozen(self) -> int:
-        """The number of rods that are frozen."""
-        with exclusive:
-            return int(np.count_nonzero(to_host(self._arrays.rods.status)))
 
     @property
     def pace_arrays(self) -> Any:
@@ -289,6 +287,11 @@ class FreeRods(FreeReadings, Ensemble):
     def spacing_array(self) -> wp.array:
         """Δs on the device [rod]."""
         return self._arrays.spacing
+
+    @property
+    def status_array(self) -> wp.array:
+        """``Status`` on the device [rod]."""
+        return self._arrays.rods.status
 
     @property
     def failed_at(self) -> np.ndarray:

@@ -26,14 +26,11 @@ from warp_rods.values import key_path, plain, shown
 
 
 class Scene(Table):
-    """What a run simulates, as a frozen table; tables in it may be dicts or objects of their classes.
-
-    Numbers may be of Python or NumPy, lists may be tuples or arrays. Raises SceneError with one line for each fault.
-    """
+    """What a run simulates: frozen tables, given as dicts or objects. Raises SceneError with a line for each fault."""
 
     title: str = Field(default="", description="text in quotes")
     seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
-    on_failure: Literal["continue", "stop"] = Field(default="continue", description='"continue" or "stop"')
+    on_failure: Literal["stop", "continue"] | None = Field(default=None, description='"stop", "continue" or left out')
     surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[FilamentsTable, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")

@@ -14,9 +14,12 @@ import typer
 import warp as wp
 from rich.console import Console
 
+from warp_rods.device import said
 from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
+from warp_rods.progress import waiting
+from warp_rods.terminal import open_streams
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -97,7 +100,7 @@ def check(
     from warp_rods.simulation.loop import Simulation
 
     checked = Scene.load(scene)
-    with Console(stderr=True).status("placing rods …"):
+    with waiting("placing rods"):
         simulation = Simulation(checked, "cpu")
     for name, ensemble in simulation.ensembles.items():
         print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")
@@ -169,14 +172,15 @@ def devices() -> None:
 
 def main() -> None:
     """Entry point; exit code 2 for a mistake of the user, 3 where rods were lost, 130 for an interrupted run."""
-    start_warp()
+    open_streams()
     try:
+        start_warp()
         app()
     except WarpRodsError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except OSError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {said(error)}", file=sys.stderr)
         sys.exit(2)
 
 

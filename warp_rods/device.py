@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import sys
 import threading
@@ -13,6 +14,7 @@ import warp as wp
 
 from warp_rods.errors import SceneError
 
+LOG = logging.getLogger("warp_rods")
 exclusive = threading.RLock()
 """A lock, held wherever this package launches, copies or allocates outside a recorded graph.
 
@@ -29,12 +31,30 @@ def start() -> None:
             return
         if wp.config.log_level == wp.LOG_INFO:  # another level was set by the user
             wp.config.log_level = wp.LOG_WARNING
-        with _without_stderr():
-            wp.init()
+        try:
+            with _without_stderr():
+                wp.init()
+        except OSError as fault:  # it makes the folder of its cache
+            raise SceneError(_no_cache(fault)) from None
+        if not os.access(wp.config.kernel_cache_dir or "", os.W_OK):
+            LOG.warning(_no_cache("it is read-only; what it holds can be used"))
         _started = True
 
 
 _started = False
+
+
+def said(fault: OSError) -> str:
+    """What a fault of the system is, in words; of one in the kernel cache, with the remedy."""
+    cache = wp.config.kernel_cache_dir
+    return _no_cache(fault) if cache and str(fault.filename or "").startswith(str(cache)) else str(fault)
+
+
+def _no_cache(why: object) -> str:
+    return (
+        f"the cache of compiled kernels cannot be written: {why}. Set WARP_CACHE_PATH to a folder that can: "
+        f"WARP_CACHE_PATH=/tmp/kernels warp-rods …"
+    )
 
 
 def device(name: Any = None) -> wp.Device:

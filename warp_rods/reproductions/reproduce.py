@@ -23,8 +23,10 @@ from rich.table import Table
 from warp_rods.device import cores
 from warp_rods.device import start as start_warp
 from warp_rods.documented import Documented
-from warp_rods.errors import RunFolderError, UnknownReproduction, nearest
+from warp_rods.errors import UnknownReproduction, nearest
+from warp_rods.progress import LINE_EVERY, Lines
 from warp_rods.reproductions.catalogue import REPRODUCTIONS, Comparison, Result
+from warp_rods.simulation.files import check_writable
 
 OUT = Path("runs/reproduce")
 REFRESH = 0.5
@@ -66,13 +68,14 @@ def run(
     """
     names = list(dict.fromkeys(known for name in names for known in chosen(name)))
     console = console or Console(stderr=True, markup=False, highlight=False)
-    if Path(out).is_file():
-        raise RunFolderError(f"{out} is a file: give another --out")
+    check_writable(Path(out), "out")
     Path(out).mkdir(parents=True, exist_ok=True)
     workers = min(len(names), cores())
     waiting = sorted(names, key=lambda name: -REPRODUCTIONS[name].minutes)
     running, outcomes = dict[Future[Outcome], _Process](), list[Outcome]()
-    with _one_thread_per_process(), console.status("") as status:
+    lines = Lines(lambda: _status_line(list(running.values()), len(outcomes), len(names)), console)
+    lines.start(LINE_EVERY)
+    with _one_thread_per_process(), console.status("") as status, contextlib.closing(lines):
         while waiting or running:
             while waiting and len(running) < workers:
                 process = _Process(waiting.pop(0))

@@ -6,7 +6,9 @@ import hashlib
 import os
 from pathlib import Path
 
-__all__ = ["digest", "replace_file", "sync"]
+from warp_rods.errors import RunFolderError
+
+__all__ = ["check_writable", "digest", "replace_file", "sync"]
 
 
 def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = None, *, durable: bool = False) -> None:
@@ -27,6 +29,15 @@ def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = No
         raise
     if durable:
         sync(path.parent)
+
+
+def check_writable(folder: Path, key: str) -> None:
+    """Raises RunFolderError naming ``key`` where ``folder`` cannot be made or written to; makes nothing."""
+    there = next((path for path in (folder.absolute(), *folder.absolute().parents) if path.exists()), Path("/"))
+    if not there.is_dir():
+        raise RunFolderError(f"{key} = {folder}: {there} is a file: give another folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise RunFolderError(f"{key} = {folder}: {there} cannot be written to: give another folder")
 
 
 def sync(folder: Path) -> None:

@@ -15,11 +15,12 @@ from rich.console import Console
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
-from warp_rods.progress import Bar
+from warp_rods.progress import Bar, waiting
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses, trajectory
 from warp_rods.simulation.begun import Begun
+from warp_rods.simulation.files import check_writable
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
@@ -93,6 +94,7 @@ def simulate(
     folder = Path("runs") / stem if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device, attached = devices.choose(device), read_hooks(hooks)
+    check_writable(folder, "out")
     mark = RunFolder.mark(folder)
     if resume:
         read_checkpoint(folder)
@@ -172,7 +174,7 @@ def stop_for_failures(simulation: Simulation) -> None:
 def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Simulation:
     """Lay the scene out and compile its kernels, saying so: on a cold cache that takes a while."""
     start = time.perf_counter()
-    with console.status("compiling kernels (once on a machine, then cached) and placing rods …"):
+    with waiting("compiling kernels (once on a machine, then cached) and placing rods", console):
         simulation = Simulation(scene, device)
         simulation.warm_up()
     seconds = time.perf_counter() - start

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from examples.steric import STERIC, all_forces, applied, assert_agrees, entangled, random_walks
 from reference.steric import Pairs, Rods
 
 from warp_rods.contact.neighbours import CELLS, Neighbours
+from warp_rods.kernels.contact.steric import PairSums, sum_pairs
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 
@@ -109,6 +111,26 @@ def test_forces_have_the_same_bits_at_the_same_positions_and_follow_new_ones(dev
     neighbours.apply()
     np.testing.assert_array_equal(all_forces(held), before)
     np.testing.assert_array_equal(np.concatenate(neighbours.energies()), energies)
+
+
+@pytest.mark.parametrize("steric", [{}, {"range": 0.4}, {"range": 1e-4, "core": 0.2}], ids=["few", "many", "tiny"])
+@pytest.mark.parametrize("period", [(0.0, 0.0, 0.0), (0.9, 0.0, 0.7)])
+def test_the_sums_in_lanes_are_those_pair_by_pair(steric, period):
+    """With up to 700 neighbours, which are summed in batches, some at distance zero, and e^(−2000)."""
+    rng = np.random.default_rng(2)
+    walks = [random_walks(rng, 40, 17, 0.4, 0.15), random_walks(rng, 7, 30, 0.5, 0.15)]
+    walks[0].position[1] = walks[0].position[0]
+    neighbours, _ = applied(walks, "cpu", **steric, period=period)
+    lanes, one = neighbours._sums, PairSums()
+    for name in ("force", "energy", "stiffness"):
+        setattr(one, name, wp.zeros_like(getattr(lanes, name)))
+    inputs = [neighbours._points, neighbours._lists, neighbours._yukawa, 0, one]
+    wp.launch(sum_pairs, dim=neighbours.count, inputs=inputs, device="cpu")
+    if steric.get("range") == 0.4:
+        assert neighbours._lists.count.numpy().max() > 600
+    for name in ("force", "energy", "stiffness"):
+        found, expected = getattr(lanes, name).numpy(), getattr(one, name).numpy()
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max() + 1e-300, err_msg=name)
 
 
 def test_ensembles_interact_if_they_are_close(device):

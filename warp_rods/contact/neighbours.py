@@ -11,7 +11,7 @@ import warp as wp
 
 from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
-from warp_rods.kernels.contact import neighbour_list, steric
+from warp_rods.kernels.contact import neighbour_list, pair_lanes, steric
 from warp_rods.kernels.layout import per_node, to_host
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
@@ -184,7 +184,9 @@ class Neighbours:
 
     def _launch_sum_pairs(self, points: slice) -> None:
         inputs = [self._points, self._lists, self._yukawa, points.start, self._sums]
-        wp.launch(steric.sum_pairs, dim=points.stop - points.start, inputs=inputs, device=self._device)
+        # On a GPU every thread is a lane.
+        kernel = steric.sum_pairs if self._device.is_cuda else pair_lanes.sum_pairs
+        wp.launch(kernel, dim=points.stop - points.start, inputs=inputs, device=self._device)
 
     def _launch_distribute(self) -> None:
         for first, (*_, force, stiffness) in zip(self._first, self._arrays, strict=False):

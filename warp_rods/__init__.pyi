@@ -6,7 +6,7 @@ from .analysis.registry import measure, measures
 from .draw import plots, swarm
 from .draw.measured import plot
 from .draw.usd.export import export_usd
-from .errors import RodFailure, RunFolderError, SceneError, WarpRodsError
+from .errors import RodFailure, RunFolderError, SceneError, StorageError, WarpRodsError
 from .membranes import surfaces
 from .membranes.surface import Surface
 from .reproductions import reproduce
@@ -38,6 +38,7 @@ __all__ = [
     "SceneError",
     "Simulation",
     "Status",
+    "StorageError",
     "Surface",
     "WarpRodsError",
     "buckling",

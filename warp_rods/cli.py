@@ -17,6 +17,7 @@ from rich.console import Console
 from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import SceneError, WarpRodsError
+from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -48,7 +49,12 @@ def run(
     scene: SceneFile,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default runs/<scene name>")] = None,
     device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
-    resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in the folder")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="Continue from the last checkpoint in the folder; start anew where there is none"
+        ),
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder."""
@@ -166,10 +172,14 @@ def devices() -> None:
 
 
 def main() -> None:
-    """Entry point; exit code 2 for a mistake of the user, 1 for a failed run, 130 for an interrupted one."""
-    start_warp()
+    """Entry point; exit code 2 for a mistake of the user, 1 for a failed run, 128 + n for signal n: 130 for Ctrl-C."""
     try:
-        app()
+        with signals_end_the_process():
+            start_warp()
+            app()
+    except Interrupted as signal:
+        print(f"stopped by {signal.name}", file=sys.stderr)
+        raise
     except WarpRodsError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

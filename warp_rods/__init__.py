@@ -4,7 +4,7 @@ Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
 Your own loop     FreeRods, BoundRods, Flagella, surfaces, Surface, Status
 Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics
 Theory            steady, continuation, stability, buckling, modes, reproduce
-Errors            WarpRodsError, SceneError, RunFolderError, RodFailure
+Errors            WarpRodsError, SceneError, RunFolderError, StorageError, RodFailure
 
 Begin with ``wr.run("scenes/swimmer.toml")`` and ``wr.open_run("runs/swimmer")``. ``help(wr.run)`` explains a name.
 Names are imported when they are first used; ``__init__.pyi`` lists them.

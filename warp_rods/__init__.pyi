@@ -20,6 +20,7 @@ from .scene.scene import Scene
 from .simulation.hooks import every
 from .simulation.loop import Simulation
 from .simulation.runner import Run
+from .simulation.storage import StorageError
 from .simulation.trajectory import open_run
 from .theory import buckling, continuation, stability, steady
 from .workflow import run
@@ -38,6 +39,7 @@ __all__ = [
     "SceneError",
     "Simulation",
     "Status",
+    "StorageError",
     "Surface",
     "WarpRodsError",
     "buckling",

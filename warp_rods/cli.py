@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import multiprocessing
 import sys
 from functools import wraps
 from importlib.metadata import version
@@ -19,6 +20,7 @@ from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
 from warp_rods.progress import waiting
+from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
 from warp_rods.terminal import open_streams
 
 app = typer.Typer(
@@ -51,7 +53,12 @@ def run(
     scene: SceneFile,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; default runs/<scene name>")] = None,
     device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
-    resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in the folder")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="Continue from the last checkpoint in the folder; start anew where there is none"
+        ),
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
@@ -76,9 +83,9 @@ def _log_to(console: Console) -> None:
     class ToConsole(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             if record.levelno >= logging.WARNING:
-                console.print(f"warning: {record.getMessage()}", style="yellow")
+                console.print(f"warning: {record.getMessage()}", style="yellow", soft_wrap=True)
             else:
-                console.print(record.getMessage())
+                console.print(record.getMessage(), soft_wrap=True)  # commands can be copied
 
     log = logging.getLogger("warp_rods")
     log.setLevel(logging.INFO)
@@ -171,11 +178,17 @@ def devices() -> None:
 
 
 def main() -> None:
-    """Entry point; exit code 2 for a mistake of the user, 3 where rods were lost, 130 for an interrupted run."""
+    """Entry point; exit code 2: a mistake of the user, 3: rods were lost, 128 + n: signal n, 130 for Ctrl-C."""
     open_streams()
     try:
-        start_warp()
-        app()
+        with signals_end_the_process():
+            start_warp()
+            app()
+    except Interrupted as signal:
+        print(f"stopped by {signal.name}", file=sys.stderr)
+        for process in multiprocessing.active_children():  # those that reproduce figures
+            process.terminate()
+        raise
     except WarpRodsError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from warp_rods.draw.usd.export import export_usd
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
 
@@ -28,8 +29,11 @@ def run(
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
     ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
-    (default: standard error). Raises SceneError before anything is written, RunFolderError for a folder that holds a
-    run (or, with ``resume``, none), RodFailure once no rod is left.
+    (default: standard error). resume: continue from the last checkpoint in the folder; where there is no run yet, start
+    anew. The first SIGINT, SIGTERM or SIGHUP lets the run finish its step and save its state, then raises
+    KeyboardInterrupt or SystemExit. Raises SceneError before anything is written, RunFolderError for a folder that
+    holds a run (or, with ``resume``, another one), StorageError where the folder can no longer be written, RodFailure
+    once no rod is left.
     """
     return simulate(
         scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console, then=_animate
@@ -42,6 +46,9 @@ def _animate(folder: Path, scene: Scene, report: Report) -> None:
         return
     try:
         path = export_usd(folder)
+    except (KeyboardInterrupt, Interrupted):
+        report.note(f"the run in {folder} is complete; to make its animation: warp-rods export {folder} --usd")
+        raise
     except Exception as error:
         text = f"the run is complete, but its animation could not be made: {type(error).__name__}: {error}"
         report.warn(f"{text}; to try again: warp-rods export {folder} --usd")

@@ -14,6 +14,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Time
 from warp_rods.simulation.document import Document
 from warp_rods.simulation.files import digest
+from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.kept_surfaces import NAMES, from_files, with_files
 from warp_rods.simulation.resolution import with_nodes
 from warp_rods.simulation.store import STORE
@@ -23,8 +24,8 @@ __all__ = ["KEPT", "Begun"]
 
 KEPT = "kept_surfaces"
 """The attribute of the root of a store with hashes and origins of the surfaces that the folder keeps."""
-MAY_CHANGE = ("output.usd", "on_failure")
-"""Keys beside [time] that do not change the trajectory."""
+MAY_CHANGE = ("time.end", "output.usd", "on_failure")
+"""Keys that may change: how far a run goes, and what is made of it at its end."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Begun:
         """The run in a folder; raises RunFolderError where there is none, and SceneError for a missing surface."""
         attributes = Document.read(path / STORE).attributes
         if "scene" not in attributes:
-            raise RunFolderError(f"{path / STORE} has no scene: run without --resume, perhaps with --overwrite")
+            raise RunFolderError(f"{path / STORE} has no scene: run the scene again with --overwrite")
         text = attributes["scene"]
         return cls(path, Scene.parse(text, path.resolve()), text, attributes.get(KEPT, {}))
 
@@ -60,30 +61,21 @@ class Begun:
             edited |= _edited(key, Path(table.parameters["file"]), self.path / NAMES[key], origin)
             files[key] = str(self.path.resolve() / NAMES[key])
         scene = with_nodes(with_files(scene, files), _numbers_of_nodes(self.scene))
-        old, new = (dict(_leaves(s.model_dump(exclude_none=True))) for s in (self.scene, scene))
-        lines = {
+        time = scene.time
+        if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
+            scene = _with_time(scene, save_every=self.scene.time.save_every)
+        self._refuse(self._differences(scene) | edited)
+        return scene
+
+    def _differences(self, scene: Scene) -> dict[str, str]:
+        """A line for each key in which a scene differs from that of the run, steps as they would be taken."""
+        planned = _with_time(scene, step=Frames.of(scene.time).longest_step) if scene.time.step else scene
+        old, new = (dict(_leaves(s.model_dump(exclude_none=True))) for s in (self.scene, planned))
+        return {
             key: f"{key}: {_said(old, key)} in the run, {_said(new, key)} in the scene"
             for key in [*old, *(key for key in new if key not in old)]
-            if old.get(key) != new.get(key) and not key.startswith("time.") and key not in MAY_CHANGE
+            if key not in MAY_CHANGE and not _same(key, old.get(key), new.get(key))
         }
-        self._refuse(lines | edited)
-        time, before = scene.time, self.scene.time
-        begun: dict[str, float | None] = {}
-        if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
-            begun["save_every"] = before.save_every
-        return scene.model_copy(update={"time": time.model_copy(update=begun)})
-
-    def check_times(self, scene: Scene) -> None:
-        """Raises RunFolderError where step or frames of a scene, as planned, are not those of the run."""
-        old, new = self.scene.time.model_dump(), scene.time.model_dump()
-        # The step as run is the frames' spacing over a whole number: its last digits follow the number of frames.
-        self._refuse(
-            {
-                f"time.{key}": f"time.{key}: {old[key]!r} in the run, {new[key]!r} in the scene"
-                for key in ("step", "tolerance", "save_every")
-                if not _close(new[key], old[key])
-            }
-        )
 
     def _refuse(self, differences: Mapping[str, str]) -> None:
         if differences:
@@ -96,8 +88,15 @@ class Begun:
             )
 
 
-def _close(new: float | None, old: float | None) -> bool:
-    return new == old if new is None or old is None else bool(np.isclose(new, old, rtol=1e-9, atol=0))
+def _same(key: str, old: Any, new: Any) -> bool:
+    """Whether values are equal. The last digits of the step as run follow the number of frames."""
+    if key in ("time.step", "time.save_every") and old is not None and new is not None:
+        return bool(np.isclose(new, old, rtol=1e-9, atol=0))
+    return old == new
+
+
+def _with_time(scene: Scene, **changes: float) -> Scene:
+    return scene.model_copy(update={"time": scene.time.model_copy(update=changes)})
 
 
 def _numbers_of_nodes(scene: Scene) -> dict[str, int]:
@@ -131,4 +130,4 @@ def _leaves(value: Any, loc: tuple[str | int, ...] = ()) -> Iterator[tuple[str, 
 
 
 def _said(leaves: Mapping[str, Any], key: str) -> str:
-    return shown(leaves[key]) if key in leaves else "not given"
+    return shown(leaves[key]) if key in leaves else "None" if key.startswith("time.") else "not given"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_rods.errors import SceneError
+from warp_rods.scene.tables import Time
 
 MOST_STEPS, MOST_FRAMES = 1e10, 1e6
 
@@ -34,6 +35,11 @@ class Frames:
     def steps_to(self, frame: int) -> int:
         """Steps from the start to a frame."""
         return int(self.steps[: frame + 1].sum())
+
+    @classmethod
+    def of(cls, time: Time) -> Frames:
+        """The frames of a run; where no step is given, with one step between them."""
+        return cls.plan(time.end, time.save_every, time.step or time.save_every)
 
     @classmethod
     def plan(cls, end: float, every: float, step: float) -> Frames:

@@ -21,6 +21,7 @@ from warp_rods.simulation import layout, losses
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.hooks import Cadence, Hook
 from warp_rods.simulation.output import check_output
+from warp_rods.simulation.portions import Portions
 from warp_rods.simulation.watch import EndWatch, EnergyWatch, StepWatch
 
 
@@ -53,7 +54,7 @@ class Simulation(metaclass=Documented):
         self.warnings = laid_out.warnings
         self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
         """Δt, or the time between frames where steps are chosen by their error."""
-        self.frames = Frames.plan(scene.time.end, scene.time.save_every, self.step_size)
+        self.frames = Frames.of(scene.time)
         if scene.time.step is not None:
             self._keep_step()
         self.frame = 0
@@ -63,6 +64,7 @@ class Simulation(metaclass=Documented):
         self.stopped: str | None = None
         """The reason given by the hook that ended the run, if one did."""
         self._hooks: list[Hook] = []
+        self._portions, self._within_portion = Portions(), False
         self._reset_warnings()
 
     def _keep_step(self) -> None:
@@ -149,14 +151,18 @@ class Simulation(metaclass=Documented):
             self.stopped = reason
 
     def advance(self) -> Iterator[int]:
-        """Advance to the last frame, calling hooks; yields the number of planned steps since the start."""
+        """Advance to the last frame, calling hooks; yields the number of planned steps since the start.
+
+        At each yield the state is whole, and every hook that is due has been called: the run may be left there.
+        """
         self._call_hooks()
         while not self.finished:
             for _ in self.to_next_frame():
-                yield self.steps_taken
                 if self._between_frames:
                     self._call_hooks()
+                    yield self.steps_taken
             self._call_hooks()
+            yield self.steps_taken
 
     @property
     def _between_frames(self) -> bool:
@@ -181,7 +187,7 @@ class Simulation(metaclass=Documented):
         return f"steps chosen by their error {which}, tolerance {self.tolerance:g}, {count}"
 
     def _call_hooks(self) -> None:
-        for hook in self._hooks:
+        for hook in () if self._within_portion else self._hooks:
             hook.call_if_due(self)
 
     def to_next_frame(self) -> Iterator[int]:
@@ -189,12 +195,13 @@ class Simulation(metaclass=Documented):
         if self.by_error:
             yield from self._to_next_frame_by_error()
             return
-        target, before = self.frame + 1, self.steps_taken
+        target, before = self.frame + 1, self.frames.steps_to(self.frame)
         steps = int(self.frames.steps[target])
         dt = float(self.frames.times[target] - self.frames.times[self.frame]) / steps
-        for done in self.together.advance(dt, steps):
-            self.steps_taken = before + done
-            yield done
+        taken = self.steps_taken - before  # where a run was stopped between frames
+        for done in self.together.advance(dt, steps - taken):
+            self.steps_taken = before + taken + done
+            yield taken + done
         self.frame = target
 
     def _to_next_frame_by_error(self) -> Iterator[int]:
@@ -209,8 +216,12 @@ class Simulation(metaclass=Documented):
     def _advance_to(self, time: float) -> Iterator[float]:
         """Advance to a time in steps chosen by error; yields the time reached from time to time."""
         if self.own_steps:
-            for ensemble in self.ensembles.values():
-                ensemble.advance_to(time, self.tolerance)
+            for reached in self._portions.of(self.now, time):
+                for ensemble in self.ensembles.values():
+                    ensemble.advance_to(reached, self.tolerance)
+                self._within_portion = reached < time
+                if self._within_portion:
+                    yield reached
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
             yield time
         else:
@@ -228,7 +239,7 @@ class Simulation(metaclass=Documented):
             exhaust(self.together.advance(self.step_size, 1))
         self.variables()
         self.restore(before)
-        self._hooks = hooks
+        self._hooks, self._portions = hooks, Portions()
         self._reset_warnings()
 
     # --- readings -----------------------------------------------------------------------------------------------
@@ -274,8 +285,17 @@ class Simulation(metaclass=Documented):
     def state(self) -> dict[str, np.ndarray]:
         """Everything that the next step depends on, for a checkpoint."""
         arrays = {f"{name}/{key}": a for name, e in self.ensembles.items() for key, a in e.state().items()}
-        steps = {"frame": np.array(self.frame), "steps": self.together.state()}
-        return arrays | steps | self._surroundings.state()
+        done = self.steps_taken - self.frames.steps_to(self.frame)
+        at = {"frame": np.array(self.frame), "steps_since_frame": np.array(0 if self.by_error else done)}
+        return arrays | at | {"steps": self.together.state()} | self._surroundings.state()
+
+    @property
+    def can_be_left(self) -> bool:
+        """Whether a run that is left here can be continued to any later end with the same bits.
+
+        Not within the last time between frames if it is shorter than the others: a longer run has other steps there.
+        """
+        return self.by_error or self.time + self.scene.time.save_every <= self.frames.times[-1] * (1 + 1e-9)
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Return to a ``state`` of the same scene; the next steps have the same bits.
@@ -289,23 +309,39 @@ class Simulation(metaclass=Documented):
             except SceneError as error:
                 raise SceneError(f"{name}: {error}") from None
         arguments.whole("state['frame']", state.get("frame"), 0)
+        done = arguments.whole("state['steps_since_frame']", state.get("steps_since_frame", 0), 0)
         for name, ensemble in self.ensembles.items():
             ensemble.restore(parts[name])
         self._surroundings.restore(state)
         self.together.restore(state["steps"])
         self.frame = int(state["frame"])
-        if self.frame > self.frames.last:
-            raise RunFolderError(f"the run is already beyond time.end = {self.scene.time.end:g}")
-        apart = 1e-9 * self.step_size if self.by_error else self.step_size / 2
-        if any(abs(e.time - self.time) > apart for e in self.ensembles.values()):
-            raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
-        self.steps_taken = self.frames.steps_to(self.frame)
+        self._check_time(done)
+        self.steps_taken = self.frames.steps_to(self.frame) + done
         if self.own_steps:
             self.steps_taken = max(int(e.steps_taken.max()) for e in self.ensembles.values())
         elif self.by_error:
             self.steps_taken = self.together.control.taken
         for hook in self._hooks:
             hook.skip_past(self)
+
+    def _check_time(self, done: int) -> None:
+        """Raises RunFolderError unless the present state is at a frame or, if it was left there, between two."""
+        last, end = self.frames.last, self.scene.time.end
+        if self.frame > last:
+            raise RunFolderError(f"the run is already beyond time.end = {end:g}")
+        span = float(self.frames.times[min(self.frame + 1, last)]) - self.time
+        if self.by_error:
+            first, after, apart = self.time, self.time + span, 1e-9 * self.step_size
+        else:
+            first = after = self.time + (done * span / int(self.frames.steps[min(self.frame + 1, last)]) if done else 0)
+            apart = self.step_size / 2
+        now = [e.time for e in self.ensembles.values()]
+        if (done and not self.can_be_left) or (self.by_error and max(now) > after + apart):
+            raise RunFolderError(
+                f"the run stopped at t = {self.now:g}, on its way to a frame beyond time.end = {end:g}: make it longer"
+            )
+        if min(now) < first - apart or max(now) > after + apart:
+            raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")
 
 
 def _under(prefix: str, state: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import shutil
@@ -16,16 +17,19 @@ from warp_rods.archive import read_archive
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.begun import KEPT, Begun
-from warp_rods.simulation.document import METADATA
+from warp_rods.simulation.document import METADATA, Document
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
+from warp_rods.simulation.leftovers import clear_leftovers, is_being_made, new_store, old_store
+from warp_rods.simulation.storage import StorageError, told_with_remedy
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
 FORMAT = 4
 """Of checkpoints: which arrays make up a state, and which variables its trajectory has."""
-PARTS = (SCENE, CHECKPOINT, "animation.usdc", *NAMES.values(), STORE)
-"""All that a run may leave; the store is removed last, so that a folder with a part of a run still counts as one."""
+ANIMATION = "animation.usdc"
+PARTS = (SCENE, CHECKPOINT, ANIMATION, *NAMES.values(), STORE)
+"""All that a run may leave."""
 
 State = dict[str, np.ndarray]
 
@@ -33,20 +37,38 @@ State = dict[str, np.ndarray]
 class RunFolder:
     """``path`` and what is written there: ``writer`` appends frames, ``checkpoint`` makes a restart possible."""
 
-    def __init__(self, path: Path, writer: TrajectoryWriter, lock: FileLock):
-        self.path, self.writer, self._lock = path, writer, lock
-        self.checkpointed = writer.frames - 1
-        """The frame from which a restart continues."""
+    def __init__(self, path: Path, writer: TrajectoryWriter, lock: FileLock, device: str = ""):
+        self.path, self.writer, self._lock, self._device = path, writer, lock, device
+        self.continues_from = 0.0
+        """The time from which a restart continues."""
 
     def __enter__(self) -> RunFolder:
         return self
 
-    def __exit__(self, *_exception: object) -> None:
-        """Finish the trajectory and release the folder."""
+    def __exit__(self, kind: type[BaseException] | None, *_exception: object) -> None:
+        """Finish the trajectory and release the folder. A failure to finish does not hide what ended the run."""
         try:
-            self.writer.close()
+            self.finish()
+        except StorageError:
+            if kind is None:
+                raise
         finally:
             self._lock.release()
+
+    def finish(self) -> None:
+        """Finish the trajectory: its last metadata are for readers that do not use consolidated ones."""
+        with told_with_remedy(self.path, self._device):
+            self.writer.close()
+
+    def append(self, time: float, frame: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        """Save a frame, as ``TrajectoryWriter.append`` does; raises StorageError, as on a full disk."""
+        with told_with_remedy(self.path, self._device):
+            self.writer.append(time, frame)
+
+    def describe(self, **attributes: Any) -> None:
+        """Set attributes of the trajectory; raises StorageError."""
+        with told_with_remedy(self.path, self._device):
+            self.writer.describe(**attributes)
 
     @staticmethod
     def mark(path: Path) -> tuple[int, ...]:
@@ -62,6 +84,8 @@ class RunFolder:
         """Raises RunFolderError where ``path`` holds a run already and may not be overwritten, or is no folder."""
         if path.exists() and not path.is_dir():
             raise RunFolderError(f"{path} is a file: give another --out")
+        if is_being_made(path):
+            return
         if not (path / STORE).exists():
             others = [part for part in PARTS if (path / part).exists()]
             if others:
@@ -85,26 +109,39 @@ class RunFolder:
     ) -> RunFolder:
         """A fresh folder; the parts of the run that it held when its ``mark`` was ``expected`` are removed.
 
-        Raises RunFolderError, and removes nothing, where another process holds the folder or has put a run there since.
+        Killed at any moment, it leaves the run that was there, or a folder in which ``is_being_made`` or that holds a
+        store without a frame: ``--resume`` starts anew there. Raises RunFolderError, and removes nothing, where another
+        process holds the folder or has put a run there since; StorageError where it cannot be written.
         """
-        path.mkdir(parents=True, exist_ok=True)
-        lock = _lock(path)
-        try:
-            cls.check_free(path, overwrite)
-            if cls.mark(path) != expected:
-                raise RunFolderError(f"{path} holds another run than before this one was prepared: give another --out")
-            for part in PARTS:
-                _remove(path / part)
-            text = with_files(scene, NAMES).to_toml()
-            attributes = {**attributes, "scene": text, KEPT: surfaces.origins}
-            writer = TrajectoryWriter.create(path / STORE, groups, attributes)
-            for name, data in surfaces.contents.items():
-                replace_file(path / name, data, durable=True)
-            _keep_scene(path, text)
-        except BaseException:
-            lock.release()
-            raise
-        return cls(path, writer, lock)
+        with told_with_remedy(path):
+            path.mkdir(parents=True, exist_ok=True)
+            lock = _lock(path)
+            try:
+                cls.check_free(path, overwrite)
+                if cls.mark(path) != expected:
+                    raise RunFolderError(
+                        f"{path} holds another run than before this one was prepared: give another --out"
+                    )
+                with contextlib.suppress(RunFolderError):  # there is none, or a damaged one is replaced
+                    surfaces.keep_origins(Document.read(path / STORE).attributes.get(KEPT, {}))
+                _set_aside(path)
+                text = with_files(scene, NAMES).to_toml()
+
+                def companions() -> None:
+                    for name in NAMES.values():
+                        if name in surfaces.contents:
+                            replace_file(path / name, surfaces.contents[name], durable=True)
+                        else:
+                            _remove(path / name)
+                    _keep_scene(path, text)
+
+                attributes = {**attributes, "scene": text, KEPT: surfaces.origins}
+                writer = TrajectoryWriter.create(path / STORE, groups, attributes, companions)
+                clear_leftovers(path, PARTS)
+            except BaseException:
+                lock.release()
+                raise
+        return cls(path, writer, lock, str(attributes.get("device", "")))
 
     @classmethod
     def resume(
@@ -126,26 +163,28 @@ class RunFolder:
             text = with_files(scene, {key: name for key, name in NAMES.items() if name in begun.kept}).to_toml()
             new = {"scene": text} if text != begun.text else {}
             kept = {key: value for key, value in attributes.items() if key not in ("scene", "scene_hash") or new}
-            writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, {**kept, **new})
-            _keep_scene(path, text)
+            with told_with_remedy(path, str(attributes.get("device", ""))):
+                clear_leftovers(path, PARTS)
+                writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, {**kept, **new})
+                _keep_scene(path, text)
         except BaseException:
             lock.release()
             raise
-        return cls(path, writer, lock), state
+        return cls(path, writer, lock, str(attributes.get("device", ""))), state
 
     def checkpoint(self, state: State) -> None:
         """Replace the checkpoint as a whole: whenever the machine stops, one whole checkpoint is there."""
         buffer = io.BytesIO()
         np.savez(buffer, format=np.array(FORMAT), **state)  # type: ignore[arg-type]
-        replace_file(self.path / CHECKPOINT, buffer.getbuffer(), durable=True)
-        self.checkpointed = int(state["frame"])
+        with told_with_remedy(self.path, self._device):
+            replace_file(self.path / CHECKPOINT, buffer.getbuffer(), durable=True)
 
 
 def read_checkpoint(path: Path) -> State:
     """The last checkpoint in a folder; raises RunFolderError where there is none, or it is damaged."""
     file = path / CHECKPOINT
     if not file.is_file():
-        raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run without --resume, perhaps --overwrite")
+        raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run the scene again with --overwrite")
     try:
         state = read_archive(file)
         version = int(state.pop("format", 1))
@@ -156,10 +195,31 @@ def read_checkpoint(path: Path) -> State:
     return state
 
 
+def starts_anew(path: Path, scene: Scene) -> bool:
+    """Whether a run of ``scene`` that is to be continued starts anew, as it was ended before its first checkpoint.
+
+    Raises RunFolderError where a folder without a checkpoint holds more than that: another scene, frames that were
+    saved after a checkpoint, or a damaged store. Nothing is changed.
+    """
+    if (path / CHECKPOINT).exists() and not is_being_made(path):
+        return False
+    RunFolder.check_free(path, overwrite=True)
+    if not (path / STORE).exists():
+        return True
+    begun = Begun.read(path)
+    begun.continued(scene)
+    if (frames := Document.read(path / STORE).frames) > 1:
+        raise RunFolderError(
+            f"{path} holds {frames} frames of this scene, but {CHECKPOINT}, from which they are continued, is missing: "
+            f"give another --out, or --overwrite to replace them"
+        )
+    return True
+
+
 def _refuse_or_accept(path: Path, scene: Scene, accept: Callable[[State], object]) -> tuple[Begun, State]:
     state = read_checkpoint(path)
     begun = Begun.read(path)
-    begun.check_times(begun.continued(scene))
+    begun.continued(scene)
     accept(state)
     return begun, state
 
@@ -169,6 +229,18 @@ def _keep_scene(path: Path, text: str) -> None:
     file, data = path / SCENE, text.encode()
     if not file.is_file() or file.read_bytes() != data:
         replace_file(file, data, durable=True)
+
+
+def _set_aside(path: Path) -> None:
+    """Make way for a new run. A store that is replaced is renamed first; while it is there, nothing else counts."""
+    for file in (path / STORE, new_store(path / STORE)):
+        if file.exists():
+            _remove(old_store(path / STORE))
+            file.rename(old_store(path / STORE))
+    for name in (CHECKPOINT, ANIMATION):
+        _remove(path / name)
+    for content in old_store(path / STORE).glob("*"):  # its space is needed; the folder marks what is unfinished
+        _remove(content)
 
 
 def _remove(target: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from rich.console import Console
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
+from warp_rods.errors import WarpRodsError
 from warp_rods.progress import Bar, waiting
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
@@ -22,11 +23,13 @@ from warp_rods.simulation import losses, trajectory
 from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.files import check_writable
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
+from warp_rods.simulation.interruption import Interruption
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.output import chosen
-from warp_rods.simulation.report import Report
-from warp_rods.simulation.run_folder import RunFolder, read_checkpoint
+from warp_rods.simulation.report import LOG, Report
+from warp_rods.simulation.run_folder import RunFolder, read_checkpoint, starts_anew
+from warp_rods.simulation.stopping import leave, stopping
 from warp_rods.simulation.trajectory import GroupSpec
 
 CHECKPOINT_EVERY = 2.0
@@ -86,8 +89,10 @@ def simulate(
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence and a function, as
     ``Simulation.attach`` takes them. console: where progress is shown (default: standard error). then: called at the
     end, when all frames are saved, with the folder and the messages of the run.
+    resume: continue from the last checkpoint in the folder; where there is no run yet, start anew. The first SIGINT,
+    SIGTERM or SIGHUP lets the run finish its step and save its state, then raises KeyboardInterrupt or SystemExit.
     Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
-    none), RodFailure once no rod is left.
+    another one), StorageError where the folder can no longer be written, RodFailure once no rod is left.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
     stem = Path(scene).stem if isinstance(scene, (str, Path)) else "scene"
@@ -95,38 +100,46 @@ def simulate(
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device, attached = devices.choose(device), read_hooks(hooks)
     check_writable(folder, "out")
-    mark = RunFolder.mark(folder)
+    mark, report = RunFolder.mark(folder), Report()
+    if resume and starts_anew(folder, scene):
+        report.note(f"nothing to continue from in {folder}: starting anew")
+        resume, overwrite = False, True
     if resume:
         read_checkpoint(folder)
-        scene = Begun.read(folder).continued(scene)
+        given, scene = scene, Begun.read(folder).continued(scene)
+        if scene.time.save_every != given.time.save_every:
+            report.note(f"time.save_every = {scene.time.save_every:g}, as in the run so far")
     else:
         RunFolder.check_free(folder, overwrite)
-    report = Report()
     simulation = _prepare(scene, device, report, console)
     for hook in attached:
         simulation.attach(hook.cadence, hook.function)
     state: dict[str, np.ndarray] | None = None
-    if resume:
-        kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
-    else:
-        surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
-        kept = RunFolder.create(
-            folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
-            overwrite=overwrite, expected=mark,
-        )  # fmt: skip
-    with kept:
+    with contextlib.ExitStack() as held:
+        interruption = held.enter_context(Interruption())
+        if resume:
+            kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
+        else:
+            surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
+            kept = RunFolder.create(
+                folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
+                overwrite=overwrite, expected=mark,
+            )  # fmt: skip
+        held.enter_context(kept)
         saver = _Saver(kept, report)
+        held.push(saver.keep_last_messages)
         simulation.attach(EveryFrame(), saver)
         if state is not None:
-            _go_on_from(simulation, state, report)
+            _go_on_from(simulation, kept, state, report)
         start = time.perf_counter()
-        try:
-            rod_steps = _loop(simulation, kept, report, console)
-            seconds = time.perf_counter() - start
-            if then is not None:
-                then(folder, simulation.scene, report)
-        finally:
-            saver.keep_messages()
+        rod_steps = _loop(simulation, kept, report, console, interruption)
+        seconds = time.perf_counter() - start
+        kept.finish()
+        if interruption.number is not None:
+            report.note(f"the run in {folder} is complete; for its animation: warp-rods export {folder} --usd")
+        interruption.over()
+        if then is not None:
+            then(folder, simulation.scene, report)
     lost = losses.lines(simulation.ensembles)
     return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, lost, report.messages)
 
@@ -143,13 +156,14 @@ class _Saver:
     def __call__(self, simulation: Simulation) -> None:
         output, frame = simulation.scene.output, simulation.variables()
         saved = {name: chosen(output, simulation.ensembles[name].saved) for name in frame}
-        self._kept.writer.append(
+        self._kept.append(
             simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
         )
         stop_for_failures(simulation)
         if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
             self._checkpointed = time.perf_counter()
             self._kept.checkpoint(simulation.state())
+            self._kept.continues_from = simulation.time
         for line in simulation.new_failures():
             self._report.warn(f"lost: {line}")
         for line in simulation.new_warnings():
@@ -160,7 +174,15 @@ class _Saver:
         """Write what the run has said to the trajectory's attributes, where there is more of it."""
         if len(self._report.messages) > self._said:
             self._said = len(self._report.messages)
-            self._kept.writer.describe(messages=[*self._earlier, *self._report.messages])
+            self._kept.describe(messages=[*self._earlier, *self._report.messages])
+
+    def keep_last_messages(self, error: type[BaseException] | None, *_: object) -> None:
+        """Write them at the end of a run, whose outcome does not depend on it; ``error`` has ended the run."""
+        try:
+            self.keep_messages()
+        except WarpRodsError as fault:
+            if error is None:
+                LOG.warning(f"the last messages of the run are not in its trajectory: {fault}")
 
 
 def stop_for_failures(simulation: Simulation) -> None:
@@ -189,21 +211,25 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
     return simulation
 
 
-def _go_on_from(simulation: Simulation, state: dict[str, np.ndarray], report: Report) -> None:
+def _go_on_from(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray], report: Report) -> None:
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
+    kept.continues_from = simulation.now
     stop_for_failures(simulation)
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
-    report.note(f"continuing from t = {simulation.time:g}{more}")
+    report.note(f"continuing from t = {simulation.now:g}{more}")
 
 
-def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console) -> int:
+def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:
     """Step to the end with a progress bar; returns rod-steps done."""
     first, end, begun = simulation.rod_steps, simulation.scene.time.end, time.perf_counter()
-    with Bar("running", PARTS, console, int(PARTS * simulation.now / end)) as bar, _stopping(simulation, kept, report):
+    with Bar("running", PARTS, console, int(PARTS * simulation.now / end)) as bar, stopping(simulation, kept, report):
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
+            if interruption.number is not None and not simulation.finished:
+                leave(simulation, kept)
+                interruption.end()
     _tell_losses(simulation, report)
     if simulation.together.finest > 1:
         report.note(f"contact: steps were cut into {simulation.together.finest} at times")
@@ -231,19 +257,6 @@ def _steps_by_error(simulation: Simulation) -> str:
     return (
         f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} more were repeated shorter"
     )
-
-
-@contextlib.contextmanager
-def _stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterator[None]:
-    try:
-        yield
-    except KeyboardInterrupt:
-        again = simulation.frames.times[max(kept.checkpointed, 0)]
-        report.note(f"stopped at t = {simulation.time:g}; {kept.path} is readable, --resume continues from {again:g}")
-        raise
-    except Exception as error:
-        report.keep(f"ended at t = {simulation.now:g} by {type(error).__name__}: {error}")
-        raise
 
 
 def _groups(simulation: Simulation) -> dict[str, GroupSpec]:

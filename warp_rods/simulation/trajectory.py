@@ -8,7 +8,7 @@ However a run ends, and at any moment of it, the store is read up to its last co
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
 from warp_rods.simulation.chunks import column
 from warp_rods.simulation.document import EARLIER_FRAMES, Document, moves, partial_of
+from warp_rods.simulation.leftovers import new_store
 from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.store import STORE, GroupSpec, create_group
 
@@ -57,22 +58,27 @@ class TrajectoryWriter:
 
     @classmethod
     def create(
-        cls, path: str | Path, groups: Mapping[str, GroupSpec], attributes: Mapping[str, Any]
+        cls,
+        path: str | Path,
+        groups: Mapping[str, GroupSpec],
+        attributes: Mapping[str, Any],
+        before_it_appears: Callable[[], object] = lambda: None,
     ) -> TrajectoryWriter:
         """Create a store at ``path``; its root gets ``attributes`` (title, scene, seed, units, …).
 
-        The store appears as a whole. Raises RunFolderError if ``path`` exists.
+        The store appears as a whole, after a call of ``before_it_appears``. Raises RunFolderError if ``path`` exists.
         """
         path = Path(path)
         if path.exists():
             raise RunFolderError(f"{path} exists already: remove it, or choose another folder.")
-        new = path.with_name(f".{path.name}.new")
+        new = new_store(path)
         shutil.rmtree(new, ignore_errors=True)
         root = zarr.create_group(new, attributes={"warp_rods_version": version("warp-rods"), **attributes})
         for name, spec in groups.items():
             create_group(root, name, spec)
         document = Document.collect(new)
         document.commit(0)
+        before_it_appears()
         new.rename(path)
         document.path = path
         return cls(document, 0)

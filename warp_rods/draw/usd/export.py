@@ -28,6 +28,7 @@ from warp_rods.draw.usd.membrane import draw_membrane
 from warp_rods.errors import RunFolderError
 from warp_rods.membranes.surfaces import make
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.leftovers import remove_partial
 from warp_rods.simulation.trajectory import open_run
 
 _FRAMES_PER_SECOND = 24
@@ -53,13 +54,14 @@ def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
         )
     path = Path(run_dir) / "animation.usdc" if path is None else arguments.path("path", path)
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    remove_partial(path)  # of an export that was killed
     stage = _new_stage(run, Scene.parse(run.attrs["scene"]))
     try:
         if not stage.GetRootLayer().Export(str(temporary)):
             raise RunFolderError(f"{path} cannot be written: check that the folder exists and is writable.")
         temporary.replace(path)
     finally:
-        temporary.unlink(missing_ok=True)
+        remove_partial(path)
     return path
 
 

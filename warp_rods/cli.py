@@ -77,9 +77,9 @@ def _log_to(console: Console) -> None:
     class ToConsole(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             if record.levelno >= logging.WARNING:
-                console.print(f"warning: {record.getMessage()}", style="yellow")
+                console.print(f"warning: {record.getMessage()}", style="yellow", soft_wrap=True)
             else:
-                console.print(record.getMessage())
+                console.print(record.getMessage(), soft_wrap=True)  # commands can be copied
 
     log = logging.getLogger("warp_rods")
     log.setLevel(logging.INFO)

@@ -2,8 +2,6 @@
 
 import contextlib
 import shutil
-import subprocess
-import sys
 import tarfile
 from pathlib import Path
 
@@ -171,16 +169,6 @@ def test_damaged_metadata_of_an_earlier_version_give_one_message(earlier):
 
 
 # --- nothing is half-written -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("step", [5])
-def test_kills_during_a_resume_leave_a_run_that_can_be_resumed(tmp_path, step):
-    """Killed just before the nth change of a file; the run is then resumed to the bits of one that never stopped."""
-    command = [sys.executable, HERE / "killed_resumes.py", tmp_path, "1", str(step)]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=1200)
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert int(done.stdout.split()[-1]) >= 120 // step
 
 
 def test_a_refused_resume_changes_nothing(tmp_path):

@@ -229,7 +229,7 @@ class Simulation(metaclass=Documented):
             exhaust(self.together.advance(self.step_size, 1))
         self.variables()
         self.restore(before)
-        self._hooks = hooks
+        self._hooks, self._portions = hooks, Portions()
         self._reset_warnings()
 
     # --- readings -----------------------------------------------------------------------------------------------
@@ -331,7 +331,7 @@ class Simulation(metaclass=Documented):
         now = [e.time for e in self.ensembles.values()]
         if (done and not self.can_be_left) or (self.by_error and max(now) > after + apart):
             raise RunFolderError(
-                f"the run stopped at t = {self.now:g}, and its next frame is beyond time.end = {end:g}"
+                f"the run stopped at t = {self.now:g}, on its way to a frame beyond time.end = {end:g}: make it longer"
             )
         if min(now) < first - apart or max(now) > after + apart:
             raise RunFolderError("the run stopped at a time that is not a frame of this scene: run the scene again")

@@ -39,6 +39,14 @@ class KeptSurfaces:
                 "source_sha256": digest(source),
             }
 
+    def keep_origins(self, earlier: Mapping[str, Mapping[str, str]]) -> None:
+        """Name the first origins of surfaces that were read from the files of a run folder, which has ``earlier``."""
+        for name, origin in self.origins.items():
+            before = earlier.get(name)
+            if before is not None and before["sha256"] == origin["source_sha256"]:
+                self.contents[name] = Path(origin["source"]).read_bytes()
+                self.origins[name] = dict(before)
+
 
 def from_files(scene: Scene) -> dict[str, SurfaceTable]:
     """The tables of surfaces from files, by their keys in the scene."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import shutil
@@ -121,6 +122,8 @@ class RunFolder:
                     raise RunFolderError(
                         f"{path} holds another run than before this one was prepared: give another --out"
                     )
+                with contextlib.suppress(RunFolderError):  # there is none, or a damaged one is replaced
+                    surfaces.keep_origins(Document.read(path / STORE).attributes.get(KEPT, {}))
                 _set_aside(path)
                 text = with_files(scene, NAMES).to_toml()
 

@@ -104,7 +104,9 @@ def simulate(
         resume, overwrite = False, True
     if resume:
         read_checkpoint(folder)
-        scene = Begun.read(folder).continued(scene)
+        given, scene = scene, Begun.read(folder).continued(scene)
+        if scene.time.save_every != given.time.save_every:
+            report.note(f"time.save_every = {scene.time.save_every:g}, as in the run so far")
     else:
         RunFolder.check_free(folder, overwrite)
     simulation = _prepare(scene, device, report, console)

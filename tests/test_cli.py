@@ -93,7 +93,7 @@ def test_a_surface_that_cannot_be_built_ends_with_exit_code_2(small, tmp_path, c
     [
         (("run", "nowhere.toml"), "no such file"),
         (("run", "small.toml", "--device", "cuda:99"), "no such device"),
-        (("run", "small.toml", "--resume"), "without --resume"),
+        (("run", "small.toml", "--resume", "--overwrite"), "give one of them"),
         (("export", ".", "--usd"), "no run in"),
     ],
 )

@@ -6,7 +6,7 @@ from .analysis.registry import measure, measures
 from .draw import plots, swarm
 from .draw.measured import plot
 from .draw.usd.export import export_usd
-from .errors import RodFailure, RunFolderError, SceneError, StorageError, WarpRodsError
+from .errors import RodFailure, RunFolderError, SceneError, WarpRodsError
 from .membranes import surfaces
 from .membranes.surface import Surface
 from .reproductions import reproduce
@@ -20,6 +20,7 @@ from .scene.scene import Scene
 from .simulation.hooks import every
 from .simulation.loop import Simulation
 from .simulation.runner import Run
+from .simulation.storage import StorageError
 from .simulation.trajectory import open_run
 from .theory import buckling, continuation, stability, steady
 from .workflow import run

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import multiprocessing
 import sys
 from functools import wraps
 from importlib.metadata import version
@@ -179,6 +180,8 @@ def main() -> None:
             app()
     except Interrupted as signal:
         print(f"stopped by {signal.name}", file=sys.stderr)
+        for process in multiprocessing.active_children():  # those that reproduce figures
+            process.terminate()
         raise
     except WarpRodsError as error:
         print(f"error: {error}", file=sys.stderr)

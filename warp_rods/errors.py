@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from warp_rods.documented import Documented
 
-__all__ = ["RodFailure", "RunFolderError", "SceneError", "StorageError", "UnknownReproduction", "WarpRodsError"]
+__all__ = ["RodFailure", "RunFolderError", "SceneError", "UnknownReproduction", "WarpRodsError"]
 
 Row = TypeVar("Row")
 
@@ -28,10 +28,6 @@ class RunFolderError(WarpRodsError):
     """A run folder that already holds a run, holds none or one of another scene, or is damaged."""
 
     exit_code = 2
-
-
-class StorageError(WarpRodsError):
-    """Files of a run that can no longer be written, as on a full disk; says what to do and how to go on."""
 
 
 class RodFailure(WarpRodsError):

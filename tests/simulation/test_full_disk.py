@@ -12,10 +12,10 @@ import pytest
 
 import warp_rods as wr
 from warp_rods import workflow
-from warp_rods.errors import StorageError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.storage import StorageError
 from warp_rods.simulation.trajectory import open_run
 
 CELL = {"name": "cell", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}

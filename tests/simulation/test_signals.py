@@ -246,11 +246,12 @@ def small(tmp_path) -> Path:
 )
 def test_a_run_of_the_command_line_is_stopped_and_continued_as_it_says(small, tmp_path, number, code):
     folder, output = tmp_path / "a run", tmp_path / "output"
-    child = command_line(["run", small, "--out", folder, "--device", "cpu"], output)
+    child = command_line(["run", small, "--out", folder, "--device", "cpu", "--resume"], output)
     wait_for((folder / "checkpoint.npz").exists)
     os.kill(child, number)
     assert ended(child) == code
     said = output.read_text()
+    assert f"nothing to continue from in {folder}: starting anew\n" in said
     assert "Traceback" not in said and "stopped at t = " in said and not (folder / "animation.usdc").exists()
     command = shlex.split(said[said.index("warp-rods run") : said.index("--resume", said.index("warp-rods run")) + 8])
     assert ended(command_line(command[1:], output)) == 0, output.read_text()

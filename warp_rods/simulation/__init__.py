@@ -6,6 +6,8 @@ watch, report                        warnings about results; messages of a run
 runner                               one run into its folder, with progress
 run_folder, files                    the folder: scene, trajectory, checkpoint; files replaced as a whole
 begun, kept_surfaces                 the run that a folder holds, and the surfaces that it keeps
+leftovers, storage                   what killed runs leave; full disks in words
+interruption, stopping, portions     signals, and leaving a run between two frames
 output                               variables that are saved
 trajectory, store, chunks, document  the Zarr store of a trajectory: frames, arrays, files, metadata
 reading, earlier                     reading it, and those of earlier versions

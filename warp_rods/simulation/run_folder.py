@@ -14,14 +14,14 @@ import numpy as np
 from filelock import FileLock, Timeout
 
 from warp_rods.archive import read_archive
-from warp_rods.errors import RunFolderError, StorageError
+from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.begun import KEPT, Begun
 from warp_rods.simulation.document import METADATA, Document
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
 from warp_rods.simulation.leftovers import clear_leftovers, is_being_made, new_store, old_store
-from warp_rods.simulation.storage import told_with_remedy
+from warp_rods.simulation.storage import StorageError, told_with_remedy
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"

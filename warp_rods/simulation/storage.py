@@ -9,9 +9,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from warp_rods.device import choose
-from warp_rods.errors import StorageError
+from warp_rods.errors import WarpRodsError
 
-__all__ = ["how_to_continue", "told_with_remedy"]
+__all__ = ["StorageError", "how_to_continue", "told_with_remedy"]
+
+
+class StorageError(WarpRodsError):
+    """Files of a run that can no longer be written, as on a full disk; says what to do and how to go on."""
+
 
 REMEDIES = {
     errno.ENOSPC: ("No space left on the disk of {folder}", "free some space"),

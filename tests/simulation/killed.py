@@ -1,7 +1,7 @@
 """Kill runs with SIGKILL at moments of many kinds; resume each, and compare it with one that was not stopped. A script.
 
-Usage: killed.py FOLDER COUNT SEED [SCENE …], with COUNT kills, in turn of each kind. Prints a table: kind of moment, kills,
-how many of these runs were resumed to the same bits.
+Usage: killed.py FOLDER COUNT SEED [SCENE …], with COUNT kills, in turn of each kind. Prints a table: kind of moment,
+kills, how many of these runs were resumed to the same bits.
 
 A kill is either just before the nth change of a file, the half of a write included, or after a random time. The run
 tells in shared memory what it is doing, so that each kill is counted where it was.

@@ -1,13 +1,14 @@
 """Kill runs with SIGKILL at moments of many kinds; resume each, and compare it with one that was not stopped. A script.
 
-Usage: killed.py FOLDER EACH SEED [SCENE …], with EACH kills of every kind. Prints a table: kind of moment, kills, how
-many of these runs were resumed to the same bits.
+Usage: killed.py FOLDER COUNT SEED [SCENE …], with COUNT kills, in turn of each kind. Prints a table: kind of moment,
+kills, how many of these runs were resumed to the same bits.
 
 A kill is either just before the nth change of a file, the half of a write included, or after a random time. The run
 tells in shared memory what it is doing, so that each kill is counted where it was.
 """
 
 import contextlib
+import itertools
 import logging
 import mmap
 import os
@@ -287,7 +288,7 @@ PLAN = (
 """What a run does when it is killed, which run it is, and whether it is killed at a change of a file or at a time."""
 
 
-def main(top: Path, each: int, seed: int, kinds: list[str]) -> None:
+def main(top: Path, count: int, seed: int, kinds: list[str]) -> None:
     from pxr import Usd  # noqa: F401  here, so that forks have it
 
     logging.getLogger("warp_rods").setLevel(logging.ERROR)
@@ -296,9 +297,10 @@ def main(top: Path, each: int, seed: int, kinds: list[str]) -> None:
     killer, kinds = Killer(top, seed), kinds or list(SCENES)
     for kind in kinds:
         killer.begin(kind)
-    for number in range(each):
-        for index, (doing, how, at_change) in enumerate(PLAN):
-            killer.kill(kinds[(index + number) % len(kinds)], how, doing, at_change)
+    for number, (doing, how, at_change) in enumerate(itertools.cycle(PLAN)):
+        killer.kill(kinds[(number + number // len(PLAN)) % len(kinds)], how, doing, at_change)
+        if killer.tried.total() == count:
+            break
     for where in sorted(killer.tried):
         print(f"{where:45} {killer.tried[where]:5} {killer.survived[where]:5}")
     print(f"{'all':45} {killer.tried.total():5} {killer.survived.total():5}")

@@ -163,6 +163,7 @@ def test_what_no_kill_leaves_is_kept(top, tmp_path, harm, said):
     assert contents(folder) == before
 
 
+@pytest.mark.long
 def test_a_run_is_started_anew_from_its_own_scene(tmp_path):
     """From the copy in the folder, on the membrane that the folder keeps; the original scene continues it, too."""
     trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.ply")

@@ -84,17 +84,7 @@ SAID = {
 }
 
 
-@pytest.mark.parametrize(
-    ("write", "code"),
-    [
-        (1, "ENOSPC"),
-        (9, "ENOSPC"),
-        (23, "EDQUOT"),
-        (30, "EACCES"),
-        (44, "EROFS"),
-        (61, "ENOSPC"),
-    ],
-)
+@pytest.mark.parametrize(("write", "code"), [(9, "ENOSPC"), (30, "EACCES"), (44, "EROFS"), (61, "EDQUOT")])
 def test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monkeypatch, write, code):
     """Every write fails from the nth on: in the start, in frames, in checkpoints."""
     folder, code = tmp_path / "a run", getattr(errno, code)

@@ -37,7 +37,12 @@ SCENES = {
     "filaments, steps of a given length": {"filaments": [FILAMENT], **SPHERE, **GIVEN},
     "steps of a given length together": {"filaments": [FILAMENT], **SPHERE, **STERIC, **GIVEN},
 }
-LONG = {"growing filaments, own steps", "both kinds, own steps", "filaments, steps of a given length"}
+LONG = {
+    "steps of a given length together",
+    "growing filaments, own steps",
+    "both kinds, own steps",
+    "filaments, steps of a given length",
+}
 
 
 def scene(name: str) -> Scene:
@@ -186,9 +191,9 @@ nodes = 33
 bend = 5e-3
 twist = 1e-3
 [time]
-end = 0.4
+end = 0.2
 step = 1e-4
-save_every = 0.2
+save_every = 0.1
 """
 
 
@@ -253,6 +258,8 @@ def test_a_run_of_the_command_line_is_stopped_and_continued_as_it_says(small, tm
     said = output.read_text()
     assert f"nothing to continue from in {folder}: starting anew\n" in said
     assert "Traceback" not in said and "stopped at t = " in said and not (folder / "animation.usdc").exists()
+    if number != signal.SIGTERM:
+        return
     command = shlex.split(said[said.index("warp-rods run") : said.index("--resume", said.index("warp-rods run")) + 8])
     assert ended(command_line(command[1:], output)) == 0, output.read_text()
     assert (folder / "animation.usdc").is_file()
@@ -294,7 +301,7 @@ def test_a_signal_outside_the_steps_ends_with_one_line(small, tmp_path, phase):
         else:
             workflow.export_usd = slow
 
-    small.write_text(TEXT.replace("0.4", "0.01").replace("0.2", "0.01"))
+    small.write_text(TEXT.replace("0.2", "0.01").replace("0.1", "0.01"))
     child = command_line(["run", small, "--out", folder, "--device", "cpu"], output, before)
     wait_for((tmp_path / "there").exists)
     os.kill(child, signal.SIGTERM)

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from rich.console import Console
 
+__all__ = ["Bar", "waiting", "with_progress"]
+
 Item = TypeVar("Item")
 WAIT = 2.0
 """Seconds before anything is shown."""

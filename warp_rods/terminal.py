@@ -43,6 +43,8 @@ codecs.register_error("spelled", _spell)
 class _Lasting(io.FileIO):
     """A file descriptor that is written to as long as that is possible."""
 
+    instead_of: object = None
+
     def write(self, data) -> int:
         try:
             return super().write(data) or 0
@@ -60,6 +62,7 @@ def open_streams() -> None:
         try:
             stream.flush()
             raw = _Lasting(stream.fileno(), "w", closefd=False)
+            raw.instead_of = stream  # which would close the descriptor
         except (AttributeError, OSError, ValueError):  # there is none, or it is no file
             continue
         buffer = io.BufferedWriter(raw)

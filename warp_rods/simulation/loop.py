@@ -32,7 +32,9 @@ class Simulation(metaclass=Documented):
     find, such as a filament too long for its surface, a surface without points, or rods that do not fit.
     """
 
-    _unlisted = frozenset({"by_error", "rod_steps", "interacting", "frozen", "can_be_left"})
+    _unlisted = frozenset(
+        {"by_error", "rod_steps", "interacting", "frozen", "can_be_left", "new_failures", "new_warnings"}
+    )
 
     def __init__(self, scene: Scene, device: str | None = None):
         made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"

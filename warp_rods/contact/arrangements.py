@@ -212,6 +212,8 @@ def _find_poses(
 
     if scene.steric is None:
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
+    if region.container:  # rods that are too long for it are told as such
+        region.draw(arrangement, shapes[:1], np.random.default_rng(0))
     refuse_crowd(extents(shapes), core if region.container else clearance, region.volume(core, clearance))
     space = OccupiedSpace(others, np.array(scene.period))
     if arrangement != "random" or region.container:

@@ -31,8 +31,8 @@ __all__ = [
 ]
 
 LARGEST, SMALLEST = 1e30, 1e-40
-"""Bounds of the size of numbers, and of positive ones: products of several of them are finite, and not zero. In SI units
-a soft protein has a stiffness of 1e-29."""
+"""Bounds of the size of numbers, and of positive ones: products of several of them are finite, and not zero. A soft
+protein has a stiffness of 1e-29 in SI units."""
 Number = Annotated[float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)]
 """A finite number. Integers are numbers; booleans and text are not."""
 Positive = Annotated[Number, Field(ge=SMALLEST)]

@@ -70,7 +70,7 @@ class Region:
         """An upper bound of the volume that rods with a clearance between them can use, their surroundings included."""
         sides = self.high - self.low
         if self.container is None:
-            return float(np.prod(sides + [0.0, 0.0, clearance if self.flat else 0.0]))
+            return float(np.prod(sides + np.array([0.0, 0.0, clearance if self.flat else 0.0])))
         points = np.random.default_rng(0).uniform(self.low, self.high, size=(VOLUME_POINTS, 3))
         inside = (self.container.phi(points) < 0).mean()
         return float(np.prod(sides) * (inside + VOLUME_ERROR))

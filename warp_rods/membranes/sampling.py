@@ -16,8 +16,8 @@ LINES = 500
 FEW = 0.05
 """Intersections per line below which only lines through cells near the surface are drawn."""
 ENOUGH, MOST_CELLS = 0.12, 50_000
-"""Cells are divided until that many lines through them intersect the surface: then they are a few times as wide as it is
-thick. Or until they are that many."""
+"""Cells are divided until that many of the lines through them intersect the surface, which is then a few times thinner
+than they are wide; or until they are that many."""
 CELL_LINES, CELL_SAMPLES = 4000, 32
 """Lines through cells in one batch, and samples on each."""
 AREA_CROSSINGS, MOST_LINES = 4000, 100_000
@@ -76,7 +76,8 @@ def area(surface: Surface, part: Part | None = None) -> float:
     has of its area A inside the body 2 n A/S times.
     """
     rng, box = np.random.default_rng(0), _box_of(surface, part)
-    draw, faces, each = _lines, np.pi * float(np.sum((box[1] - box[0]) ** 2)), LINES  # the sphere around the box
+    draw: Lines = _lines
+    faces, each = np.pi * float(np.sum((box[1] - box[0]) ** 2)), LINES  # of the sphere around the box
     crossings = lines = 0
     while crossings < AREA_CROSSINGS and lines < MOST_LINES:
         points = _crossings(surface, box, rng, draw)
@@ -140,7 +141,7 @@ def _lines_in_cells(surface: Surface, box: Box) -> tuple[Lines, float]:
 
 
 def _divided(surface: Surface, low: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The parts near the surface of cells with corners ``low`` [n, 3] and edges ``size`` [3], cut across their long edges.
+    """The parts near the surface of cells with corners ``low`` [n, 3] and edges ``size`` [3], cut across long edges.
 
     A part is near if φ changes sign in it, or is smaller there than its largest gradient allows it to change.
     """

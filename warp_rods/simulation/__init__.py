@@ -9,6 +9,7 @@ begun, kept_surfaces                 the run that a folder holds, and the surfac
 output                               variables that are saved
 trajectory, store, chunks, document  the Zarr store of a trajectory: frames, arrays, files, metadata
 reading, earlier                     reading it, and those of earlier versions
+estimates, timing, check_scene       memory, disk and time that a run needs; what is said of a scene before a run
 check                                looking for damage in a whole folder
 """
 

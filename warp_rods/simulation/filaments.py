@@ -91,7 +91,7 @@ def _check_length(surface: Surface, table: FilamentsTable) -> None:
 
 
 def _room(surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float) -> float:
-    """An upper bound of the area that filaments with a clearance can use: they may reach beyond the box of an open one."""
+    """An upper bound of the area that filaments can use; on an open surface they may reach beyond its box."""
     found = placement.area(surface, part)
     if surface.closed or np.isfinite(ends_of(surface)).all():
         return found

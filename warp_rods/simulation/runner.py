@@ -18,8 +18,9 @@ from warp_rods.documented import Documented
 from warp_rods.progress import Bar
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import trajectory
+from warp_rods.simulation import timing, trajectory
 from warp_rods.simulation.begun import Begun
+from warp_rods.simulation.estimates import check_disk
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
@@ -100,7 +101,10 @@ def simulate(
     else:
         RunFolder.check_free(folder, overwrite)
     report = Report()
+    check_disk(scene, folder, resume)
     simulation = _prepare(scene, device, report, console)
+    for line in check_disk(simulation.scene, folder, resume):
+        report.warn(line)
     for hook in attached:
         simulation.attach(hook.cadence, hook.function)
     state: dict[str, np.ndarray] | None = None
@@ -176,6 +180,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         report.note(line)
     for line in simulation.warnings:
         report.warn(line)
+    for line in timing.lines(simulation):
+        report.note(line)
     report.note(simulation.pace)
     return simulation
 

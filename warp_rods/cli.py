@@ -19,7 +19,6 @@ from warp_rods.device import said
 from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
-from warp_rods.progress import waiting
 from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
 from warp_rods.terminal import open_streams
 
@@ -62,6 +61,10 @@ def run(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
+    from warp_rods.scene.scene import Scene
+    from warp_rods.simulation.estimates import check_memory
+
+    check_memory(Scene.load(scene))  # before the slow imports
     from warp_rods.analysis.summary import summary
     from warp_rods.workflow import run as run_scene
 
@@ -97,27 +100,15 @@ def _log_to(console: Console) -> None:
 def check(
     scene: Annotated[Path, typer.Argument(metavar="SCENE|DIR", help="A scene in TOML, or the folder of a run")],
 ) -> None:
-    """Check a scene: place its rods, report time step, frames and warnings. Of a run: read all of it, find damage."""
+    """Check a scene: place its rods; report size, time, frames and warnings. Of a run: read all of it, find damage."""
     if scene.is_dir():
         from warp_rods.simulation.check import check_run
 
         print(check_run(scene))
         return
-    from warp_rods.scene.scene import Scene
-    from warp_rods.simulation.loop import Simulation
+    from warp_rods.simulation.check_scene import check_scene
 
-    checked = Scene.load(scene)
-    with waiting("placing rods"):
-        simulation = Simulation(checked, "cpu")
-    for name, ensemble in simulation.ensembles.items():
-        print(f"{name}: {ensemble.count} rods of {ensemble.nodes} nodes")
-    for line in simulation.notes:
-        print(line)
-    for line in simulation.warnings:
-        print(f"warning: {line}")
-    count = len(simulation.warnings)
-    result = f"{count} warning{'s' if count > 1 else ''}" if count else "no problems found"
-    print(f"{simulation.pace}: {result}")
+    print(check_scene(scene))
 
 
 def _export(run_dir: Path, **wanted: bool) -> None:

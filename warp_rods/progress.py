@@ -112,12 +112,11 @@ class Lines:
 
 
 def in_words(seconds: float) -> str:
-    """A duration, such as "3 h" or "40 s"."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    if seconds < 5400:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h" if seconds < 36000 else f"{seconds / 3600:.0f} h"
+    """A duration such as "3 h" or "40 s", with one or two digits."""
+    for unit, one in (("years", 3.156e7), ("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * one:
+            return f"{float(f'{seconds / one:.2g}'):,g} {unit}"
+    return f"{max(round(seconds), 0)} s"
 
 
 def with_progress(items: Sequence[Item], what: str) -> Iterator[Item]:

@@ -15,6 +15,8 @@ from pydantic import AllowInfNan, BaseModel, Field, Strict, TypeAdapter, Validat
 from warp_rods.errors import nearest
 
 __all__ = [
+    "LARGEST",
+    "SMALLEST",
     "Number",
     "Positive",
     "ZeroOrMore",
@@ -28,9 +30,12 @@ __all__ = [
     "shown",
 ]
 
-Number = Annotated[float, Strict(), AllowInfNan(False)]
+LARGEST, SMALLEST = 1e30, 1e-40
+"""Bounds of the size of numbers, and of positive ones: products of several of them are finite, and not zero. A soft
+protein has a stiffness of 1e-29 in SI units."""
+Number = Annotated[float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)]
 """A finite number. Integers are numbers; booleans and text are not."""
-Positive = Annotated[Number, Field(gt=0)]
+Positive = Annotated[Number, Field(ge=SMALLEST)]
 ZeroOrMore = Annotated[Number, Field(ge=0)]
 
 QUOTED_NUMBER = re.compile(r"\s*[-+]?[0-9][-+0-9.eE_]*\s*")
@@ -91,8 +96,17 @@ def hint(error: str, value: Any) -> str:
     """Advice for a value with this type of pydantic error, beyond what is allowed; may be empty."""
     if error == "finite_number" or (error == "float_type" and type(value) is int):
         return "it must be finite"
+    if error in ("greater_than_equal", "less_than_equal") and _is_number(value):
+        if abs(value) > LARGEST:
+            return f"numbers are at most {LARGEST:g} in size: use other units"
+        if 0 < value < SMALLEST:
+            return f"positive numbers are at least {SMALLEST:g}: use other units"
     is_quoted = error in ("float_type", "int_type") and isinstance(value, str) and QUOTED_NUMBER.fullmatch(value)
     return "leave out the quotes" if is_quoted else ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def must_be(allowed: str, value: Any, note: str = "") -> str:

@@ -5,6 +5,7 @@ from copy import deepcopy
 from hypothesis import strategies as st
 
 from warp_rods.membranes.surfaces import SURFACES
+from warp_rods.values import LARGEST, SMALLEST
 
 DESIGN = """
 title = "100 curvature sensors on a dividing cell"
@@ -75,8 +76,8 @@ def small(**changes) -> dict:
     return tables
 
 
-numbers = st.floats(-1e300, 1e300) | st.integers(-(10**6), 10**6)
-positive = st.floats(1e-300, 1e300) | st.integers(1, 10**6)
+numbers = st.floats(-LARGEST, LARGEST) | st.integers(-(10**6), 10**6)
+positive = st.floats(SMALLEST, LARGEST) | st.integers(1, 10**6)
 vectors = st.tuples(numbers, numbers, numbers)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
 
+from warp_rods.contact.capacity import extents, refuse_crowd
 from warp_rods.contact.overlap import pushed_apart, without_overlap
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.contact.walls import NO_CAPS, caps_of
@@ -23,6 +24,9 @@ CLOSE = 0.5
 """Least distance of swimmers before they are pushed apart, in units of the clearance; crossing rods have none."""
 MOST_ATTEMPTS = 5
 """Attempts to push swimmers apart, each with new draws."""
+VOLUME_POINTS, VOLUME_ERROR = 20_000, 0.01
+"""Random points by which the volume of a container is estimated, and three times the standard error of the share of its
+box that this leaves."""
 LANE = 1.0
 """Approximate width of a lane, in lengths of a swimmer."""
 
@@ -61,6 +65,15 @@ class Region:
             assert box.height is not None and box.wall is not None
             period[2] = max(box.height - 2 * box.wall.range, 0.0)
         return cls(-period / 2, period / 2, flat=box.kind == "slab")
+
+    def volume(self, core: float, clearance: float) -> float:
+        """An upper bound of the volume that rods with a clearance between them can use, their surroundings included."""
+        sides = self.high - self.low
+        if self.container is None:
+            return float(np.prod(sides + np.array([0.0, 0.0, clearance if self.flat else 0.0])))
+        points = np.random.default_rng(0).uniform(self.low, self.high, size=(VOLUME_POINTS, 3))
+        inside = (self.container.phi(points) < 0).mean()
+        return float(np.prod(sides) * (inside + VOLUME_ERROR))
 
     def points(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Uniform in the box [count, 3]."""
@@ -199,6 +212,9 @@ def _find_poses(
 
     if scene.steric is None:
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
+    if region.container:  # rods that are too long for it are told as such
+        region.draw(arrangement, shapes[:1], np.random.default_rng(0))
+    refuse_crowd(extents(shapes), core if region.container else clearance, region.volume(core, clearance))
     space = OccupiedSpace(others, np.array(scene.period))
     if arrangement != "random" or region.container:
         found = without_overlap(len(shapes), draw, clearance, space)

@@ -24,6 +24,10 @@ OPTIMISM = 1.5
 """Factor by which more rods than estimated may find a place before it is given up."""
 MOST_PUSHES = 250
 """Rounds of pushing overlapping rods apart."""
+PROGRESS, FIRST_PUSHES, FASTER, FEW_LEFT = 10, 30, 1.2, 0.1
+"""Every so many rounds, but not before so many, it is estimated whether the rods will come apart: their overlap falls
+about exponentially, or faster by this factor in the exponent. A few overlaps, so many clearances for each rod, come and
+go."""
 TARGET = 1.01
 """Rods are pushed apart to this distance, in units of the clearance; a target of 1 would be approached slowly."""
 
@@ -118,9 +122,10 @@ def pushed_apart(
     shapes [rod, node, 3]: centre lines about the middles. Each pair of segments that is too close is separated by the
     missing distance, through translation and rotation of both rods so that both move least. heights: bounds for the
     middles of flat rods, which rotate about z only; rods that cross are separated in z. Returns None if some rods
-    remain jammed.
+    remain jammed. Raises SceneError as soon as the overlap falls so slowly that they are too many.
     """
     length = np.linalg.norm(np.diff(shapes, axis=1), axis=-1).sum(axis=1)
+    overlaps: list[float] = []
     for _ in range(MOST_PUSHES):
         arms = np.einsum("rij,rnj->rni", rotation, shapes)
         segments = Segments.of([position[:, None] + arms, *space.others])
@@ -129,6 +134,9 @@ def pushed_apart(
         if not own.any():
             return position, rotation
         close = Close(*(part[own] for part in close))
+        overlaps.append(float((clearance - close.distance).sum()) / clearance)
+        if _is_hopeless(overlaps, len(position)):
+            raise SceneError(f"count = {len(position)}: too many to be {clearance:g} apart; place fewer")
         push = _directions(segments, close, space) * (TARGET * clearance - close.distance[:, None]) / 2
         first = (close.first, close.along_first, push)
         second = (close.second, close.along_second, -push)
@@ -139,6 +147,15 @@ def pushed_apart(
             position[:, 2] = np.clip(position[:, 2], *heights)
         rotation = Rotation.from_rotvec(turn).as_matrix() @ rotation
     return None
+
+
+def _is_hopeless(overlaps: Sequence[float], rods: int) -> bool:
+    """Whether overlaps that fall as in the last rounds do not vanish in the rounds left; in units of the clearance."""
+    done = len(overlaps)
+    if done < FIRST_PUSHES or done % PROGRESS or overlaps[-1] < FEW_LEFT * rods:
+        return False
+    factor = overlaps[-1] / overlaps[-1 - PROGRESS]
+    return overlaps[-1] * factor ** (FASTER * (MOST_PUSHES - done) / PROGRESS) > TARGET - 1
 
 
 def _directions(segments: Segments, close: Close, space: OccupiedSpace) -> np.ndarray:

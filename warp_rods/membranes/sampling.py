@@ -15,8 +15,15 @@ LINES = 500
 """Number of random lines in one batch."""
 FEW = 0.05
 """Intersections per line below which only lines through cells near the surface are drawn."""
-MOST_CELLS, NEAR, CELL_SAMPLES = 256, 1.0, 32
-"""Cells along the longest edge of the box; distance in diagonals up to which a cell is near; samples on a line."""
+ENOUGH, MOST_CELLS = 0.12, 50_000
+"""Cells are divided until that many of the lines through them intersect the surface, which is then a few times thinner
+than they are wide; or until they are that many."""
+CELL_LINES, CELL_SAMPLES = 4000, 32
+"""Lines through cells in one batch, and samples on each."""
+AREA_CROSSINGS, MOST_LINES = 4000, 100_000
+"""Of the estimate of an area: intersections that are enough for a few per cent, and the largest number of lines."""
+THIN = 4.0
+"""Boxes with an edge shorter than that many distances between samples are thin."""
 SAMPLES = 256
 """Points on each line at which the sign of φ is evaluated."""
 
@@ -35,7 +42,7 @@ ROUNDS, KEPT, FIRST_SHIFT, NARROWED = 7, 20, 0.05, 0.4
 """Of the search for curved points: rounds, points kept and draws about each, first shift in sizes of the box, and the
 factor from round to round."""
 
-Lines = Callable[[Box, int, np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]]
+Lines = Callable[[Box, np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def uniform_points(surface: Surface, count: int, rng: np.random.Generator, part: Part | None = None) -> np.ndarray:
@@ -49,9 +56,9 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator, part:
     box = _box_of(surface, part)
     draw: Lines = _lines
     while sum(map(len, found)) < wanted:
-        points = _crossings(surface, box, LINES, rng, draw)
-        if draw is _lines and not found and len(points) < FEW * LINES:
-            draw = _lines_in_cells(surface, box)  # a flat or long box, which few lines through its sphere meet
+        points = _crossings(surface, box, rng, draw)
+        if draw is _lines and not found and (len(points) < FEW * LINES or _is_thin(box)):
+            draw, _ = _lines_in_cells(surface, box)
             continue
         if part is not None and len(points):
             points = points[part.contains(points)]
@@ -60,6 +67,33 @@ def uniform_points(surface: Surface, count: int, rng: np.random.Generator, part:
             low, high = surface.box if part is None else part[:2]
             raise SceneError(f"placement: no point of φ = 0 was found in the box {low.tolist()} to {high.tolist()}")
     return rng.choice(np.concatenate(found), size=count, replace=False)
+
+
+def area(surface: Surface, part: Part | None = None) -> float:
+    """The area of a surface (for an open one: of the part in its box), or of a part, to a few per cent; length².
+
+    Crofton's formula again: n random lines through a convex body whose faces have the area S intersect what a surface
+    has of its area A inside the body 2 n A/S times.
+    """
+    rng, box = np.random.default_rng(0), _box_of(surface, part)
+    draw: Lines = _lines
+    faces, each = np.pi * float(np.sum((box[1] - box[0]) ** 2)), LINES  # of the sphere around the box
+    crossings = lines = 0
+    while crossings < AREA_CROSSINGS and lines < MOST_LINES:
+        points = _crossings(surface, box, rng, draw)
+        if draw is _lines and not lines and (len(points) < FEW * LINES or _is_thin(box)):
+            draw, faces = _lines_in_cells(surface, box)
+            each = CELL_LINES
+            continue
+        crossings += len(points) if part is None else int(part.contains(points).sum())
+        lines += each
+    return faces * crossings / (2 * lines)
+
+
+def _is_thin(box: Box) -> bool:
+    """Whether samples on lines through the sphere around a box are too far apart for its shortest edge."""
+    size = box[1] - box[0]
+    return float(size.min()) < THIN * float(np.linalg.norm(size)) / SAMPLES
 
 
 def _box_of(surface: Surface, part: Part | None) -> Box:
@@ -71,8 +105,9 @@ def _box_of(surface: Surface, part: Part | None) -> Box:
     return np.maximum(low, part.low - spare), np.minimum(high, part.high + spare)
 
 
-def _lines(box: Box, lines: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _lines(box: Box, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Feet and directions [line, 3] of random lines through the sphere around the box; positions [line, SAMPLES]."""
+    lines = LINES
     low, high = box
     centre, radius = (low + high) / 2, np.linalg.norm(high - low) / 2
     d = _unit(rng.normal(size=(lines, 3)))
@@ -82,26 +117,49 @@ def _lines(box: Box, lines: int, rng: np.random.Generator) -> tuple[np.ndarray, 
     return foot, d, np.broadcast_to(np.linspace(-radius, radius, SAMPLES), (lines, SAMPLES))
 
 
-def _lines_in_cells(surface: Surface, box: Box) -> Lines:
-    """A function like ``_lines`` for a flat or long box: lines of the same density, through cells near the surface.
+def _lines_in_cells(surface: Surface, box: Box) -> tuple[Lines, float]:
+    """A function like ``_lines`` for a surface that few lines through the sphere around its box meet.
 
-    The box is divided into cells about as wide as its shortest edge. A line counts in the cell through which it was
-    drawn only, so the density is the same in all of them.
+    Lines of the same density are drawn through the cells near it. A line counts in the cell through which it was drawn
+    only. Also the area of the faces of all these cells.
     """
-    low, high = box
-    edge = max(float((high - low).min()), float((high - low).max()) / MOST_CELLS)
-    parts = np.ceil((high - low) / edge).astype(int)
-    size = (high - low) / parts
-    corners = np.stack(np.meshgrid(*map(np.arange, parts), indexing="ij"), axis=-1).reshape(-1, 3) * size + low
-    phi, g, _ = surface.derivatives(corners + size / 2)
-    near = ~(np.abs(phi) > NEAR * np.linalg.norm(g, axis=-1) * np.linalg.norm(size))
-    corners = corners[near] if near.any() else corners
+    low, size = box[0][None], box[1] - box[0]
+    while True:
+        low, size = _divided(surface, low, size)
+        faces = 2 * float(np.sum(size * np.roll(size, 1)))
 
-    def draw(box: Box, lines: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        foot, d, length = _through_boxes(size, lines, rng)
-        return foot + corners[rng.integers(len(corners), size=lines)], d, length * np.linspace(0.0, 1.0, CELL_SAMPLES)
+        def draw(
+            box: Box, rng: np.random.Generator, low: np.ndarray = low, size: np.ndarray = size
+        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            foot, d, length = _through_boxes(size, CELL_LINES, rng)
+            which = rng.integers(len(low), size=CELL_LINES)
+            return foot + low[which], d, length * np.linspace(0.0, 1.0, CELL_SAMPLES)
 
-    return draw
+        found = len(_crossings(surface, box, np.random.default_rng(0), draw))
+        if found >= ENOUGH * CELL_LINES or len(low) > MOST_CELLS:
+            return draw, len(low) * faces
+
+
+def _divided(surface: Surface, low: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The parts near the surface of cells with corners ``low`` [n, 3] and edges ``size`` [3], cut across long edges.
+
+    A part is near if φ changes sign in it, or is smaller there than its largest gradient allows it to change.
+    """
+    parts = np.where(size > size.max() / 2, 2, 1)
+    size = size / parts
+    corners = np.stack(np.meshgrid(*map(np.arange, parts), indexing="ij"), axis=-1).reshape(-1, 3) * size
+    low = (low[:, None] + corners).reshape(-1, 3)
+    inner = np.stack(np.meshgrid(*[[0.0, 0.5, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3) * size
+    near = [_is_near(surface, some[:, None] + inner, size) for some in np.array_split(low, -(-len(low) // 1000))]
+    kept = low[np.concatenate(near)]
+    return (kept if len(kept) else low), size
+
+
+def _is_near(surface: Surface, x: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Whether the surface may be in cells with these points [n, 27, 3]."""
+    phi, g, _ = surface.derivatives(x)
+    steepest = np.linalg.norm(g, axis=-1).max(axis=1)
+    return ~(np.abs(phi).min(axis=1) > steepest * np.linalg.norm(size) / 2)
 
 
 def _through_boxes(size: np.ndarray, lines: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -123,10 +181,10 @@ def _through_boxes(size: np.ndarray, lines: int, rng: np.random.Generator) -> tu
     return foot, d, np.where(d == 0, np.inf, exits).min(axis=1)[:, None]
 
 
-def _crossings(surface: Surface, box: Box, lines: int, rng: np.random.Generator, draw: Lines) -> np.ndarray:
+def _crossings(surface: Surface, box: Box, rng: np.random.Generator, draw: Lines) -> np.ndarray:
     """Intersections [n, 3] of random lines with φ = 0 inside the box."""
     low, high = box
-    foot, d, t = draw(box, lines, rng)
+    foot, d, t = draw(box, rng)
     positive = surface.phi(foot[:, None] + t[..., None] * d[:, None]) > 0
     line, cell = np.nonzero(positive[:, 1:] != positive[:, :-1])
     a, b, outside = t[line, cell], t[line, cell + 1], positive[line, cell + 1]

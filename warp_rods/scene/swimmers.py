@@ -30,7 +30,9 @@ class ShapeTable(Table):
     """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight; perhaps perturbed."""
 
     kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
-    mode: int | None = Field(default=None, ge=0, description="a whole number, 0 or more")
+    mode: int | None = Field(
+        default=None, ge=0, le=MOST_NODES // 2, description="a whole number, 0 or more, at most 50 000"
+    )
     amplitude: NumberEach = Field(default=1.0, description="a number" + OR_EACH)
     perturbation: ZeroOrMoreEach | None = Field(
         default=None,

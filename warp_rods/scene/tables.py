@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 
 from warp_rods.membranes.catalogue import KINDS, read
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.values import Number, Positive, ZeroOrMore, number
+from warp_rods.values import SMALLEST, Number, Positive, ZeroOrMore, number
 
 __all__ = ["Output", "Steric", "SurfaceTable", "Time", "Units", "metres"]
 
@@ -73,7 +73,7 @@ class Time(Table):
         end, step = (_positive(data.get(key)) for key in ("end", "step"))
         if end is None:  # end is a fault already: any value will do
             return {"save_every": 1.0, **data}
-        return {"save_every": min(end, max(end / 100, step or 0.0)), **data}
+        return {"save_every": min(end, max(end / 100, step or 0.0, SMALLEST)), **data}
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:

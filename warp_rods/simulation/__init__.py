@@ -11,6 +11,7 @@ interruption, stopping, portions     signals, and leaving a run between two fram
 output                               variables that are saved
 trajectory, store, chunks, document  the Zarr store of a trajectory: frames, arrays, files, metadata
 reading, earlier                     reading it, and those of earlier versions
+estimates, timing, check_scene       memory, disk and time that a run needs; what is said of a scene before a run
 check                                looking for damage in a whole folder
 """
 

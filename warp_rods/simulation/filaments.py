@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods.contact.capacity import refuse_crowd_on
 from warp_rods.contact.overlap import without_overlap
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
@@ -89,6 +90,16 @@ def _check_length(surface: Surface, table: FilamentsTable) -> None:
         )
 
 
+def _room(surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float) -> float:
+    """An upper bound of the area that filaments can use; on an open surface they may reach beyond its box."""
+    found = placement.area(surface, part)
+    if surface.closed or np.isfinite(ends_of(surface)).all():
+        return found
+    sides = np.subtract(*surface.box[::-1])
+    wider = np.sort(1 + (float(np.max(table.length)) + clearance) / sides)
+    return found * float(np.prod(wider[1:]))
+
+
 def _random(
     layout: Layout, table: FilamentsTable, part: placement.Part | None, build: Callable
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -120,8 +131,10 @@ def _random(
         poses, made = inside(rods)
         return poses, made.position
 
+    clearance = max(steric.core, spacing)
+    refuse_crowd_on(each_rod(table.length, table.count), clearance, _room(surface, part, table, clearance))
     space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
-    found = without_overlap(table.count, draw, max(steric.core, spacing), space)
+    found = without_overlap(table.count, draw, clearance, space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
     return position, direction

@@ -20,8 +20,8 @@ from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.criteria import criteria_of_swimmers
+from warp_rods.simulation.estimates import check_memory
 from warp_rods.simulation.filaments import build_filaments, nodes_of_filaments
-from warp_rods.simulation.memory import check_memory
 from warp_rods.simulation.resolution import Resolution, resolution
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
 
@@ -63,7 +63,7 @@ class Layout:
 
 def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
-    check_memory(scene)
+    check_memory(scene, device)
     layout = Layout(scene, device, *build_surfaces(scene))
     for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
         notes, warnings = lines_on_data(scene, path, surface)
@@ -74,7 +74,7 @@ def lay_out(scene: Scene, device) -> Layout:
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
         )
     scene = _choose_nodes(layout)
-    check_memory(scene)
+    check_memory(scene, device)
     tables = [(kind, index, table) for kind in BUILDERS for index, table in enumerate(getattr(scene, kind))]
     # Given placements come first, because rods placed at random must keep their distance from them.
     for kind, index, table in sorted(tables, key=lambda row: isinstance(row[2].placement, str)):

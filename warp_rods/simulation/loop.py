@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -231,18 +232,26 @@ class Simulation(metaclass=Documented):
                 self.steps_taken = self.together.control.taken
                 yield reached
 
+    @contextlib.contextmanager
+    def trial(self) -> Iterator[None]:
+        """A context after which state, hooks and warnings are as before, whatever steps were taken in it."""
+        before, hooks, self._hooks = self.state(), self._hooks, []
+        try:
+            yield
+        finally:
+            self.restore(before)
+            self._hooks, self._portions = hooks, Portions()
+            self._reset_warnings()
+
     def warm_up(self) -> None:
         """Compile and load every kernel of a step and a frame; the state does not change."""
-        before, hooks, self._hooks = self.state(), self._hooks, []
-        self._surroundings.apply()
-        if self.by_error:
-            exhaust(self._advance_to(1e-12 * self.scene.time.end))
-        else:
-            exhaust(self.together.advance(self.step_size, 1))
-        self.variables()
-        self.restore(before)
-        self._hooks, self._portions = hooks, Portions()
-        self._reset_warnings()
+        with self.trial():
+            self._surroundings.apply()
+            if self.by_error:
+                exhaust(self._advance_to(1e-12 * self.scene.time.end))
+            else:
+                exhaust(self.together.advance(self.step_size, 1))
+            self.variables()
 
     # --- readings -----------------------------------------------------------------------------------------------
 

@@ -20,6 +20,8 @@ from warp_rods.simulation.criteria import CELLS_PER_HALF_WAVE, Criterion
 
 MOST_CHOSEN = 1001
 """The largest number of nodes that is chosen. More are rarely meant, and a step costs as much as they are many."""
+MOST_NEEDED = 1e15
+"""No criterion asks for more cells: a spacing may be zero in floating-point numbers."""
 FEWEST_PER_HALF_WAVE = 2
 """Cells for each half-wave of a beam mode below which it looks like a lower mode, and is refused."""
 ROUND_OFF = 1e-9
@@ -78,7 +80,8 @@ def nodes_needed(table: EnsembleTable, criterion: Criterion) -> int:
     growth = table.growth if isinstance(table, FilamentsTable) else None
     if growth is not None and growth.largest_spacing <= criterion.spacing:
         length = float(np.max(table.length))  # type: ignore[union-attr]  # more nodes are inserted as it grows
-    cells = max(criterion.cells, math.ceil(length / criterion.spacing * (1 - ROUND_OFF)))
+    by_spacing = length / criterion.spacing * (1 - ROUND_OFF) if criterion.spacing > 0 else math.inf
+    cells = max(criterion.cells, math.ceil(min(by_spacing, MOST_NEEDED)))
     fewest = type(table).FEWEST_NODES
     return max(cells + cells % 2 + 1, fewest)
 

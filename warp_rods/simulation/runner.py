@@ -19,8 +19,9 @@ from warp_rods.errors import WarpRodsError
 from warp_rods.progress import Bar, waiting
 from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import losses, trajectory
+from warp_rods.simulation import losses, timing, trajectory
 from warp_rods.simulation.begun import Begun
+from warp_rods.simulation.estimates import check_disk
 from warp_rods.simulation.files import check_writable
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.interruption import Interruption
@@ -111,7 +112,10 @@ def simulate(
             report.note(f"time.save_every = {scene.time.save_every:g}, as in the run so far")
     else:
         RunFolder.check_free(folder, overwrite)
+    check_disk(scene, folder, resume)
     simulation = _prepare(scene, device, report, console)
+    for line in check_disk(simulation.scene, folder, resume):
+        report.warn(line)
     for hook in attached:
         simulation.attach(hook.cadence, hook.function)
     state: dict[str, np.ndarray] | None = None
@@ -207,6 +211,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         report.note(line)
     for line in simulation.warnings:
         report.warn(line)
+    for line in timing.lines(simulation):
+        report.note(line)
     report.note(simulation.pace)
     return simulation
 

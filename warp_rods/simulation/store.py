@@ -87,8 +87,7 @@ def _create_static(group: zarr.Group, name: str, variable: Variable, values: np.
 
 def _create_growing(group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
     """An array without frames: large frames each a chunk in a shard, several small ones in one chunk."""
-    size = math.prod(shape) * np.dtype(variable.dtype).itemsize
-    count = max(1, min(most or _MOST_IN_A_FILE, (_FILE_BYTES if size >= LARGE_FRAME else _CHUNK_BYTES) // size))
+    size, count = _layout(variable, shape, most)
     files = (count, *shape)
     layout: dict[str, Any] = {"chunks": files}
     if size >= LARGE_FRAME:
@@ -104,6 +103,25 @@ def _create_growing(group: zarr.Group, name: str, variable: Variable, shape: tup
         attributes=variable.attributes,
         **_COMMON,
     )
+
+
+def _layout(variable: Variable, shape: tuple[int, ...], most: int | None) -> tuple[int, int]:
+    """Bytes of a frame, and frames in a file."""
+    size = math.prod(shape) * np.dtype(variable.dtype).itemsize
+    return size, max(1, min(most or _MOST_IN_A_FILE, (_FILE_BYTES if size >= LARGE_FRAME else _CHUNK_BYTES) // size))
+
+
+def stored_bytes(spec: GroupSpec, frames: int) -> int:
+    """Bytes of the files of the growing arrays of a group with this many frames; see ``chunks.py``."""
+    total = 0
+    for variable in (*spec.variables.values(), TIME):
+        size, count = _layout(variable, spec.shape(variable), spec.frames_per_file)
+        files = -(-frames // count)
+        if size >= LARGE_FRAME:  # an index for each file, and a checksum for each frame
+            total += files * (16 * count + 4) + frames * (size + 4)
+        else:
+            total += files * (size * count + 4)
+    return total
 
 
 def dims_of(array: zarr.Array) -> tuple[str, ...]:

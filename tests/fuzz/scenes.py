@@ -1,0 +1,61 @@
+"""Small valid scenes with every table and key, and hostile ones made from them."""
+
+from __future__ import annotations
+
+import random
+from copy import deepcopy
+from typing import Any
+
+import tomli_w
+
+from fuzz.hostile import broken_text, changed
+
+FILAMENTS = {"name": "f", "count": 2, "nodes": 17, "length": 0.5, "stiffness": [1.0, 1.0, 1.0], "drag": [1.0, 2.0, 0.1]}
+CELLS = {"name": "c", "count": 3, "nodes": 17, "bend": 1e-2, "twist": 1e-3}
+STERIC = {"strength": 5.0, "range": 0.02, "core": 0.08}
+SPHERE = {"kind": "sphere", "radius": 1.0}
+TIME = {"end": 1.0}
+PLACED = {"at": "start", "position": [[1.0, 0, 0], [0, 1.0, 0]], "direction": [[0, 0, 1.0], [0, 0, 1.0]]}
+FULL = {
+    "moment": 0.1, "drag_ratio": 2.0, "rotational_drag": 3e-3, "symmetric": False,
+    "flagella": {"relaxation": 1e-2, "diffusion": 1e-3, "profile": "tanh", "sharpness": 10.0, "law": "relaxing"},
+    "shape": {"kind": "mode", "mode": 0, "amplitude": 1.0, "perturbation": 1e-3},
+}  # fmt: skip
+WALL = {"strength": 2000.0, "range": 0.05}
+
+BASES: tuple[dict[str, Any], ...] = (
+    {"swimmers": [CELLS], "time": TIME},
+    {"title": "t", "seed": 7, "swimmers": [CELLS | FULL], "time": TIME | {"step": 1e-3, "save_every": 0.1}},
+    {"swimmers": [CELLS | {"nodes": "auto", "shape": {"kind": "writhe", "balanced": True}}], "time": TIME},
+    {"swimmers": [CELLS | {"placement": {"position": [[0, 0, 0], [3, 0, 0], [6, 0, 0]]}}], "steric": STERIC, "time": TIME},
+    {"swimmers": [CELLS], "box": {"kind": "periodic", "size": [5.0, 5.0, 5.0]}, "steric": STERIC, "time": TIME},
+    {
+        "swimmers": [CELLS | {"placement": "polar lanes"}], "steric": STERIC, "time": TIME,
+        "box": {"kind": "slab", "fraction": 0.05, "height": 0.2, "wall": WALL},
+    },
+    {
+        "swimmers": [CELLS], "time": TIME,
+        "box": {"kind": "container", "surface": SPHERE | {"radius": 2.0}, "side": "inside", "wall": WALL},
+    },
+    {"surface": SPHERE, "filaments": [FILAMENTS], "time": TIME},
+    {"surface": SPHERE, "filaments": [FILAMENTS | {"placement": PLACED, "ends": ["clamped", "free"]}], "time": TIME},
+    {
+        "surface": {"kind": "cassini", "a": 1.0, "b": 1.1}, "steric": STERIC | {"core": 0.04},
+        "filaments": [FILAMENTS | {"intrinsic": [0.0, 1.5, 0.0], "growth": {"rate": 0.05, "until": 0.7}}],
+        "time": TIME | {"tolerance": 0.01}, "units": {"length": "1 um"},
+    },
+    {
+        "surface": {"kind": "plane", "size": 10.0},
+        "filaments": [FILAMENTS | {"growth": {"time": [0.0, 1.0], "length": [0.5, 0.8], "spacing": 0.04}}],
+        "time": TIME, "output": {"usd": False, "variables": ["energy", "gauss"], "frames_per_file": 10},
+    },
+    {"surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0}, "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME},
+)  # fmt: skip
+
+
+def text(number: int) -> str:
+    """The hostile scene of this number, in TOML."""
+    rng = random.Random(f"scene {number}")
+    tables = changed(deepcopy(rng.choice(BASES)), rng)
+    written = tomli_w.dumps(tables)
+    return broken_text(written, rng) if rng.random() < 0.05 else written

@@ -1,0 +1,211 @@
+"""What a scene needs of memory and disk, before any of it is taken: told, warned of, or refused with what would fit.
+
+Bytes of memory were measured (tests/simulation/test_estimates.py holds them to what is allocated); bytes of a
+trajectory follow from its variables.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from warp_rods.errors import SceneError
+from warp_rods.kernels.contact.cutoff import CUTOFF
+from warp_rods.scene.ensemble import AUTO
+from warp_rods.scene.scene import Scene
+
+
+class Footprint(NamedTuple):
+    """Bytes of an ensemble for each node, and for each rod besides."""
+
+    arrays: int
+    """Arrays of a node on the CPU."""
+    on_gpu: int
+    """The same on CUDA, where rods do not share their workspace."""
+    contact: int
+    """More of them with steric forces."""
+    host: int
+    """Copies for frames and checkpoints, and what the start needs; with contact twice as much."""
+    rod: int
+
+
+FOOTPRINTS = {"swimmers": Footprint(930, 1350, 600, 450, 2500), "filaments": Footprint(500, 500, 480, 240, 3000)}
+"""By the kind of rods."""
+PROCESS = 400e6
+"""Bytes of the program itself."""
+PLACES, BYTES_OF_A_PAIR = 32, 8
+"""Neighbours of a node for which there is always room, and bytes of each one more."""
+OUTPUT_OF_A_NODE = 30
+"""Bytes of a node in a frame of the animation; about."""
+HALF = 0.5
+"""The part of the free space above which a run warns."""
+
+
+def memory_of_machine() -> float:
+    """Bytes that this process may use: of the machine, and of its container; infinite where neither is known."""
+    found = [np.inf]
+    with contextlib.suppress(AttributeError, ValueError, OSError):
+        found.append(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
+    for path in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        try:
+            found.append(float(Path(path).read_text()))
+        except (OSError, ValueError):  # absent, or the word "max"
+            continue
+    return min(found)
+
+
+# --- memory -----------------------------------------------------------------------------------------------------------
+
+
+class Need(NamedTuple):
+    """What a table of a scene needs."""
+
+    key: str
+    table: Any
+    nodes: int
+    rod: float
+    """Bytes of memory of the host for each rod."""
+    rod_on_device: float
+    """Bytes on a CUDA device for each rod."""
+    near: float
+    """Neighbours of a node along its own rod within the reach of the steric force."""
+
+
+def needs(scene: Scene) -> Iterator[Need]:
+    """What each table needs; nodes that are still to be chosen count as few."""
+    for kind, footprint in FOOTPRINTS.items():
+        for index, table in enumerate(getattr(scene, kind)):
+            nodes, near, steric = nodes_at_end(table), 0.0, scene.steric
+            device, host = footprint.on_gpu, footprint.host
+            arrays = footprint.arrays
+            if steric is not None and steric.strength > 0:
+                reach = 2 * (CUTOFF * steric.range + steric.core)
+                near = min(nodes, reach * (nodes - 1) / float(np.max(getattr(table, "length", 1.0))))
+                more = footprint.contact + BYTES_OF_A_PAIR * max(near - PLACES, 0.0)
+                arrays, device, host = arrays + more, device + more, 2 * host
+            rod = nodes * (arrays + host) + footprint.rod
+            yield Need(f"{kind}[{index}]", table, nodes, rod, nodes * device + footprint.rod, near)
+
+
+def nodes_at_end(table: Any) -> int:
+    """The number of nodes of each rod once it is grown; the fewest where it is still to be chosen."""
+    nodes = type(table).FEWEST_NODES if table.nodes == AUTO else table.nodes
+    growth = getattr(table, "growth", None)
+    if growth is None or growth.spacing is None:
+        return nodes
+    longest = max(float(np.max(v)) for v in (table.length, growth.until, growth.length) if v is not None)
+    while longest / (nodes - 1) > growth.spacing:
+        nodes = 2 * nodes - 1
+    return nodes
+
+
+def memory(scene: Scene) -> float:
+    """Bytes of memory that a run on the CPU needs, membranes from files left out."""
+    return PROCESS + sum(need.table.count * need.rod for need in needs(scene))
+
+
+def check_memory(scene: Scene, device: Any = None) -> None:
+    """Raises SceneError naming the largest table of a scene that needs too much memory, and how many rods would fit.
+
+    device: a CUDA device of Warp, whose memory is checked besides that of the machine.
+    """
+    _check(list(needs(scene)), "rod", PROCESS, memory_of_machine(), "this machine")
+    if device is not None and device.is_cuda:
+        _check(list(needs(scene)), "rod_on_device", 0.0, float(device.free_memory), f"{device.alias} (free)")
+
+
+def _check(tables: list[Need], of: str, start: float, available: float, where: str) -> None:
+    sizes = [need.table.count * getattr(need, of) for need in tables]
+    if start + sum(sizes) <= available or not sizes:
+        return
+    largest = int(np.argmax(sizes))
+    need, left = tables[largest], available - start - (sum(sizes) - max(sizes))
+    each = f"nodes = {need.nodes}" if need.table.nodes != AUTO else "nodes = auto"
+    crowded = f", with {need.near:.3g} neighbours of each node on its own rod within the reach of the steric force,"
+    most = int(float(f"{max(left, 0) / getattr(need, of):.2g}"))
+    fits = f"at most about {shown_count(most)} rods of {need.nodes} nodes fit here" if most else "not one fits here"
+    raise SceneError(
+        f"{need.key}.count = {need.table.count}, {each}{crowded if need.near > PLACES else ''} need about "
+        f"{shown_bytes(max(sizes))} of memory, and {where} has {shown_bytes(available)}: {fits}; use fewer rods or "
+        f"nodes, or divide the scene"
+    )
+
+
+# --- disk -------------------------------------------------------------------------------------------------------------
+
+
+def frames_of(scene: Scene) -> int:
+    """The number of frames of a run."""
+    from warp_rods.simulation.frames import Frames
+
+    return len(Frames.plan(scene.time.end, scene.time.save_every, scene.time.step or scene.time.save_every).times)
+
+
+def trajectory_bytes(scene: Scene) -> float:
+    """Bytes of the trajectory of a whole run, without the few kilobytes of its metadata."""
+    from warp_rods.rods.variables import FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
+    from warp_rods.simulation.output import chosen
+    from warp_rods.simulation.store import GroupSpec, stored_bytes
+
+    frames, output = frames_of(scene), scene.output
+    total = 0
+    for kind, variables in (("filaments", FILAMENT_VARIABLES), ("swimmers", SWIMMER_VARIABLES)):
+        for table in getattr(scene, kind):
+            nodes = type(table).FEWEST_NODES if table.nodes == AUTO else table.nodes
+            most = output.frames_per_file if output else None
+            spec = GroupSpec(table.count, nodes, chosen(output, variables), {}, most)
+            total += stored_bytes(spec, frames) + 8 * table.count * len(STATIC)
+    return total
+
+
+def disk_bytes(scene: Scene) -> float:
+    """Bytes on disk of a run: trajectory, checkpoint and animation."""
+    found = trajectory_bytes(scene)
+    for need in needs(scene):
+        nodes = need.table.count * need.nodes
+        found += nodes * FOOTPRINTS[need.key.partition("[")[0]].host
+        found += nodes * OUTPUT_OF_A_NODE * frames_of(scene) if scene.output is None or scene.output.usd else 0
+    return found
+
+
+def check_disk(scene: Scene, folder: Path, resumed: bool = False) -> list[str]:
+    """Warnings where a run fills more than half of the space that is free where its ``folder`` is.
+
+    Raises SceneError where it does not fit. What a run that is ``resumed`` has written already counts as free.
+    """
+    where = folder.absolute()
+    written = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file()) if resumed else 0
+    while not where.exists() and where != where.parent:
+        where = where.parent
+    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - written, frames_of(scene)
+    said = f"{frames} frames need about {shown_bytes(needed)} in {folder}, where {shown_bytes(free)} are free"
+    if needed > free:
+        most = int(frames * free / needed)
+        fits = f"about {most} frames fit, time.save_every = {scene.time.end / most:.3g}" if most > 1 else "none fits"
+        raise SceneError(
+            f"time.save_every = {scene.time.save_every:g}: {said}: {fits}; save less often, fewer variables "
+            f"(output.variables), or in another folder"
+        )
+    return [f"{said}: save less often, or fewer variables (output.variables)"] if needed > HALF * free else []
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def shown_bytes(size: float) -> str:
+    """A number of bytes such as 29 GB, with two digits."""
+    for unit, one in (("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size >= 0.995 * one:
+            return f"{float(f'{size / one:.2g}'):,g} {unit}"
+    return f"{max(round(size / 1e3), 1)} kB"
+
+
+def shown_count(count: float) -> str:
+    """A number with spaces between thousands."""
+    return f"{count:,}".replace(",", " ")

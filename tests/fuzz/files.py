@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -107,20 +108,22 @@ def mesh(number: int, folder: Path) -> str:
 def stack(number: int, folder: Path) -> str:
     """Writes the stack or level set of this number; returns the scene with it, in TOML."""
     rng = random.Random(f"stack {number}")
-    n = rng.choice((1, 3, 8, 16, 20))
+    n = rng.choice((1, 3, 8, 16, 20, 20, 20))
     grid = np.stack(np.meshgrid(*[np.linspace(-1.5, 1.5, n)] * 3, indexing="ij"))
     phi = np.linalg.norm(grid, axis=0) - 1.0
     values = phi if rng.random() < 0.5 else (phi < 0).astype(rng.choice(("u1", "i4", "f4", "?", "u2")))
     values = _odd_values(values, rng)
     suffix = rng.choice((".npy", ".npy", ".npy", ".tif", ".nii", ".npz", ".nii.gz"))
     path = folder / f"stack{suffix}"
-    _write(path, values, rng)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        _write(path, values, rng)
     if rng.random() < 0.15:
         data = path.read_bytes()
         path.write_bytes(
             rng.choice((data[: rng.randrange(len(data) + 1)], b"", data[:100] + b"\xff" * 40 + data[140:]))
         )
-    surface = {"kind": "grid", "file": str(path), "spacing": rng.choice((0.15, 0.2, [0.1, 0.1, 0.3], 1e-30, 1e20))}
+    surface = {"kind": "grid", "file": str(path), "spacing": rng.choice((0.15, 0.15, 0.2, 0.3, [0.1, 0.1, 0.3], 1e-30, 1e20))}
     for key, values_of_key in (
         ("label", (1, 2, 0, 10**30)),
         ("axes", ("zyx", "xyz", "yx")),
@@ -132,7 +135,7 @@ def stack(number: int, folder: Path) -> str:
 
 
 def _odd_values(values: np.ndarray, rng: random.Random) -> np.ndarray:
-    match rng.randrange(14):
+    match rng.randrange(24):
         case 0:
             return values[0] if values.ndim else values
         case 1:
@@ -178,8 +181,7 @@ def _write(path: Path, values: np.ndarray, rng: random.Random) -> None:
         import nibabel
 
         readable = values.astype("f4") if values.dtype.kind in "uif" and values.size else np.zeros((3, 4, 5), "f4")
-        with np.errstate(all="ignore"):
-            affine = np.diag([rng.choice((0.15, -0.15, 0.0, 1e20, np.nan)), 0.15, 0.15, 1.0])
+        affine = np.diag([rng.choice((0.15, -0.15, 1e-9, 1e20)), 0.15, 0.15, 1.0])
         nibabel.save(nibabel.Nifti1Image(readable, affine if rng.random() < 0.3 else np.eye(4)), path)
 
 

@@ -11,6 +11,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 
 CELLS = {"name": "c", "nodes": 17, "bend": 1e-2, "twist": 1e-3}
+FILAMENTS = {"name": "f", "count": 1200, "nodes": 33, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
 STERIC = {"strength": 1000.0, "range": 0.02, "core": 0.08}
 
 
@@ -50,7 +51,10 @@ def test_a_tube_around_a_bent_rod_fills_more_than_its_capsule():
     [
         ({"swimmers": [CELLS | {"count": 200}], "box": {"kind": "periodic", "fraction": 0.95}}, r"swimmers\[0\]"),
         (
-            {"swimmers": [CELLS | {"count": 5000, "placement": "aligned"}], "box": {"kind": "periodic", "size": [2, 2, 2]}},
+            {
+                "swimmers": [CELLS | {"count": 5000, "placement": "aligned"}],
+                "box": {"kind": "periodic", "size": [2, 2, 2]},
+            },
             r"swimmers\[0\]",
         ),
         (
@@ -58,20 +62,21 @@ def test_a_tube_around_a_bent_rod_fills_more_than_its_capsule():
             r"swimmers\[0\]",
         ),
         (
-            {"swimmers": [CELLS | {"count": 2000}], "box": {"kind": "container", "surface": {"kind": "sphere", "radius": 1}}},
+            {
+                "swimmers": [CELLS | {"count": 2000}],
+                "box": {"kind": "container", "surface": {"kind": "sphere", "radius": 1}},
+            },
             r"swimmers\[0\]",
         ),
         (
             {
                 "surface": {"kind": "cassini", "a": 1.0, "b": 1.1},
-                "filaments": [
-                    {"name": "f", "count": 1200, "nodes": 33, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
-                ],
+                "filaments": [FILAMENTS],
             },
             r"filaments\[0\]",
         ),
     ],
-)  # fmt: skip
+)
 def test_a_hopeless_crowd_is_refused_without_a_try(tables, key, monkeypatch):
     def tried(*_args):
         raise AssertionError("a placement was tried")

@@ -84,7 +84,7 @@ def _field(scene: Any) -> None:
     """Differentiate the formula of the surface and write its kernel, which is not compiled."""
     from warp_rods.formula import FormulaError
     from warp_rods.membranes.catalogue import KINDS
-    from warp_rods.membranes.surfaces import Surface, SceneError
+    from warp_rods.membranes.surfaces import SceneError, Surface
 
     try:
         Surface(scene.surface.kind, scene.surface.parameters, KINDS[scene.surface.kind])

@@ -1,4 +1,4 @@
-"""Estimates of memory, disk and time against what is allocated and written; what does not fit is refused with its key."""
+"""Estimates of memory, disk and time against what is allocated and written; what does not fit is refused by its key."""
 
 import dataclasses
 import shutil

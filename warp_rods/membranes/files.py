@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["ARRAYS", "FEWEST_NODES", "IMAGES", "KEPT", "MESHES", "MOST_NODES", "FileError", "check_distance", "counted", "shown_point"]
+__all__ = [
+    "ARRAYS",
+    "FEWEST_NODES",
+    "IMAGES",
+    "KEPT",
+    "MESHES",
+    "MOST_NODES",
+    "FileError",
+    "check_distance",
+    "counted",
+    "shown_point",
+]
 
 ARRAYS, MESHES = (".npy",), (".obj", ".stl", ".ply")
 IMAGES = (".tif", ".tiff", ".nii", ".nii.gz")

@@ -28,6 +28,29 @@ Place = Callable[[np.ndarray], str]
 
 def read_mesh(path: Path) -> tuple[Bodies, list[str]]:
     """The bodies in a file, and what was mended; raises FileError where the triangles are not closed."""
+    raw = _triangles_in(path)
+    # Tolerances of the mesh library are absolute, hence a mesh is looked at in units of its size.
+    centre, size = raw.bounds.mean(axis=0), float(raw.extents.max())
+    if size == 0:
+        raise FileError("contains no triangle that has an area")
+    if size < SMALLEST_SIZE:
+        raise FileError(f"has a size of {size:.3g}: must be at least {SMALLEST_SIZE:g}: use other units")
+    check_distance(size, float(np.abs(raw.vertices).max()))
+
+    def place(x: np.ndarray) -> str:
+        return shown_point(centre + size * x)
+
+    mesh, notes = _mended((raw.vertices - centre) / size, raw.faces, place)
+    if wrong := _not_closed(mesh, place) or _not_of_one_side(mesh, place):
+        raise FileError(wrong)
+    bodies, turned = oriented(centre + size * mesh.vertices, np.asarray(mesh.faces))
+    if 0 < turned < len(bodies):  # where all face inwards, the file only has another convention
+        notes.append(f"{turned} of {len(bodies)} bodies turned: outer ones face outwards, cavities inwards")
+    return bodies, notes
+
+
+def _triangles_in(path: Path) -> Any:
+    """The mesh as it is in the file; raises FileError where it has no triangles between finite points."""
     import trimesh
 
     try:
@@ -42,24 +65,7 @@ def read_mesh(path: Path) -> tuple[Bodies, list[str]]:
         raise FileError("contains vertices that are not finite")
     if (far := float(np.abs(raw.vertices).max())) > LARGEST:
         raise FileError(f"contains coordinates up to {far:.3g}; at most {LARGEST:g}: use other units")
-    # Tolerances of the mesh library are absolute, hence a mesh is looked at in units of its size.
-    centre, size = raw.bounds.mean(axis=0), float(raw.extents.max())
-    if size == 0:
-        raise FileError("contains no triangle that has an area")
-    if size < SMALLEST_SIZE:
-        raise FileError(f"has a size of {size:.3g}: must be at least {SMALLEST_SIZE:g}: use other units")
-    check_distance(size, far)
-
-    def place(x: np.ndarray) -> str:
-        return shown_point(centre + size * x)
-
-    mesh, notes = _mended((raw.vertices - centre) / size, raw.faces, place)
-    if wrong := _not_closed(mesh, place) or _not_of_one_side(mesh, place):
-        raise FileError(wrong)
-    bodies, turned = oriented(centre + size * mesh.vertices, np.asarray(mesh.faces))
-    if 0 < turned < len(bodies):  # where all face inwards, the file only has another convention
-        notes.append(f"{turned} of {len(bodies)} bodies turned: outer ones face outwards, cavities inwards")
-    return bodies, notes
+    return raw
 
 
 def _mended(vertices: np.ndarray, faces: np.ndarray, place: Place) -> tuple[Any, list[str]]:

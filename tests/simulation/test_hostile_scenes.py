@@ -100,7 +100,7 @@ def test_what_can_run_does(name, tmp_path):
 
 def test_filaments_that_bend_too_sharply_are_named(tmp_path):
     scene = Scene.parse({"time": {"end": 1e-6, "save_every": 1e-6}, **on(PLANE, intrinsic=[0, 0, 1e20])})
-    with pytest.raises(RodFailure, match="f: rod 0 .* a bend that is too sharp for the spacing of its nodes"):
+    with pytest.raises(RodFailure, match=r"f: rod 0 .* a bend that is too sharp for the spacing of its nodes"):
         simulate(scene, tmp_path / "run", device="cpu")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 import random
+from copy import deepcopy
 from typing import Any
 
 VALUES: tuple[Any, ...] = (
@@ -35,7 +36,7 @@ def places(part: Any) -> Any:
 
 
 def _value(holder: Any, key: Any, rng: random.Random) -> None:
-    holder[key] = rng.choice(VALUES)
+    holder[key] = deepcopy(rng.choice(VALUES))
 
 
 def _scaled(holder: Any, key: Any, rng: random.Random) -> None:
@@ -57,9 +58,9 @@ def _added(holder: Any, key: Any, rng: random.Random) -> None:
         ("count", "kind", "range", "größe", "", "a.b", "size", "nodes", "file", "phi", "growth", "__class__")
     )
     if isinstance(holder, dict):
-        holder[name] = rng.choice(VALUES)
+        holder[name] = deepcopy(rng.choice(VALUES))
     else:
-        holder.append(rng.choice(VALUES))
+        holder.append(deepcopy(rng.choice(VALUES)))
 
 
 def _repeated(holder: Any, key: Any, rng: random.Random) -> None:

@@ -27,7 +27,10 @@ BASES: tuple[dict[str, Any], ...] = (
     {"swimmers": [CELLS], "time": TIME},
     {"title": "t", "seed": 7, "swimmers": [CELLS | FULL], "time": TIME | {"step": 1e-3, "save_every": 0.1}},
     {"swimmers": [CELLS | {"nodes": "auto", "shape": {"kind": "writhe", "balanced": True}}], "time": TIME},
-    {"swimmers": [CELLS | {"placement": {"position": [[0, 0, 0], [3, 0, 0], [6, 0, 0]]}}], "steric": STERIC, "time": TIME},
+    {
+        "swimmers": [CELLS | {"placement": {"position": [[0, 0, 0], [3, 0, 0], [6, 0, 0]]}}],
+        "steric": STERIC, "time": TIME,
+    },
     {"swimmers": [CELLS], "box": {"kind": "periodic", "size": [5.0, 5.0, 5.0]}, "steric": STERIC, "time": TIME},
     {
         "swimmers": [CELLS | {"placement": "polar lanes"}], "steric": STERIC, "time": TIME,
@@ -49,7 +52,10 @@ BASES: tuple[dict[str, Any], ...] = (
         "filaments": [FILAMENTS | {"growth": {"time": [0.0, 1.0], "length": [0.5, 0.8], "spacing": 0.04}}],
         "time": TIME, "output": {"usd": False, "variables": ["energy", "gauss"], "frames_per_file": 10},
     },
-    {"surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0}, "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME},
+    {
+        "surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0},
+        "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME,
+    },
 )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import faulthandler
 import json
 import re
 import resource
+import signal
 import sys
 import time
 import traceback
@@ -23,6 +24,8 @@ SECONDS = 10.0
 """Allowed for a case, compilation of kernels included."""
 BYTES = 10**9
 """Allowed for a case."""
+GRID = 3e5
+"""Nodes of the grid of a membrane: with the 2e7 that users may have, a sound mesh takes a minute and two gigabytes."""
 LARGE = 20_000
 """Nodes above which no steps are taken."""
 KEYS = r"\b(title|seed|surface|filaments|swimmers|box|steric|time|units|output|scene)\b|TOML"
@@ -79,35 +82,41 @@ def _few_steps(scene: Any) -> None:
 
 def _field(scene: Any) -> None:
     """Differentiate the formula of the surface and write its kernel, which is not compiled."""
+    from warp_rods.formula import FormulaError
     from warp_rods.membranes.catalogue import KINDS
-    from warp_rods.membranes.surfaces import Surface
+    from warp_rods.membranes.surfaces import SceneError, Surface
 
-    surface = Surface(scene.surface.kind, scene.surface.parameters, KINDS[scene.surface.kind])
-    assert surface.box
+    try:
+        Surface(scene.surface.kind, scene.surface.parameters, KINDS[scene.surface.kind])
+    except FormulaError as error:  # ``surfaces.make`` puts the key in front
+        raise SceneError(f"surface.phi: {error}") from None
 
 
 def main(kind: str, first: int, last: int, folder: Path, every: int) -> None:
     """Each ``every``-th formula is compiled."""
     faulthandler.enable()
+    faulthandler.register(signal.SIGPROF, chain=True)  # says where, and ends the process
     warnings.simplefilter("error", RuntimeWarning)
     from warp_rods.device import start
+    from warp_rods.membranes import fit
     from warp_rods.simulation import estimates, layout, loop  # noqa: F401 (imported before memory is limited)
 
     start()
     estimates.memory_of_machine = lambda: estimates.PROCESS + BYTES
+    fit.MOST_NODES = GRID
     for number in range(first, last):
         print(json.dumps({"number": number}), flush=True)
         text = MAKE[kind](number, folder)
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + BYTES + 2 * 10**8, resource.RLIM_INFINITY))
-        faulthandler.dump_traceback_later(SECONDS * (3 if every else 1), exit=True)
-        begun, what = time.perf_counter(), ""
+        signal.setitimer(signal.ITIMER_PROF, SECONDS * (3 if every else 1))  # of processor time: cores are shared
+        begun, what = time.process_time(), ""
         try:
             outcome = run(text, folder, kind != "formula" or (every > 0 and number % every == 0))
         except Exception:
             outcome, what = "crashed", traceback.format_exc()
-        faulthandler.cancel_dump_traceback_later()
-        seconds = time.perf_counter() - begun
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        seconds = time.process_time() - begun
         print(json.dumps({"outcome": outcome, "seconds": seconds, "what": what}), flush=True)
 
 

@@ -217,3 +217,22 @@ def test_messages_start_with_the_name_of_the_file(tmp_path):
 @pytest.mark.parametrize("text", ["um", "1", "0 m", "-1 m", "1 parsec", "1.2.3 m", 3, "1 e m", "9e999 m"])
 def test_wrong_units_are_refused(text):
     assert faults(small(units={"length": text}))[0].startswith("units.length = ")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"swimmers__bend": 1e-41}, "swimmers[0].bend = 1e-41: must be a positive number"),
+        ({"swimmers__bend": 1e-41}, "positive numbers are at least 1e-40: use other units"),
+        ({"swimmers__moment": -1.1e30}, "numbers are at most 1e+30 in size: use other units"),
+        ({"surface__radius": 1e31}, "surface.radius = 1e+31: must be a positive number; numbers are at most 1e+30"),
+        (
+            {"swimmers__shape": {"mode": 50_001}},
+            "swimmers[0].shape.mode = 50001: must be a whole number, 0 or more, at most",
+        ),
+    ],
+)
+def test_numbers_have_a_range(change, words):
+    (line,) = faults(small(**change))
+    assert words in line
+    Scene.parse(small(swimmers__bend=1e-40, swimmers__moment=-1e30, surface__radius=1e30, time={"end": 1e-40}))

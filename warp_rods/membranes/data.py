@@ -10,7 +10,7 @@ import numpy as np
 from warp_rods.membranes import voxels
 from warp_rods.membranes.bodies import Bodies, oriented
 from warp_rods.membranes.comparison import compared
-from warp_rods.membranes.files import FEWEST_NODES, MESHES, MOST_NODES, FileError
+from warp_rods.membranes.files import FEWEST_NODES, MESHES, MOST_NODES, FileError, check_distance
 from warp_rods.membranes.fit import AVERAGED, Raw, fitted, interpolated, shape_of
 from warp_rods.membranes.images import Header, ending, read_header, read_stack
 from warp_rods.membranes.level_set import Data, LevelSet
@@ -23,6 +23,8 @@ FACETS = 0.85
 """Width of the smoothing of a mesh in units of the distance between its folds."""
 VOXELS = 4.0
 """Width of the smoothing of a stack in its smallest voxel size, where its parts are thick enough."""
+VALUES = 1e-30, 1e30
+"""Bounds of the largest value of a level set, which single precision can hold."""
 Triple = tuple[float, float, float]
 NOWHERE = np.full(3, -np.inf), np.full(3, np.inf)
 
@@ -43,6 +45,7 @@ def from_file(
     header = read_header(path, axes)
     if np.prod(header.shape, dtype=float) > MOST_NODES:
         raise FileError(f"has shape {header.shape}: at most {MOST_NODES:.0g} nodes in all; crop it, or make it coarser")
+    check_distance(float(np.max(h * header.shape)), float(np.abs(start).max() + np.max(h * header.shape)))
     values, header = read_stack(path, axes)
     if header.spacing != spacing:  # given in the scene, in units of the scene
         header = header._replace(spacing=None, unit="")
@@ -54,6 +57,7 @@ def from_file(
 
 def _from_mesh(path: Path, spacing: np.ndarray | None, origin: np.ndarray) -> LevelSet:
     bodies, notes = read_mesh(path)
+    check_distance(bodies.triangles.size, float(np.abs(origin).max()))
     moved = bodies.moved(origin)
     raw = Raw(moved, shape_of(moved, AVERAGED, NOWHERE), FACETS * moved.triangles.facets(), *NOWHERE)
     what = f"mesh of {len(moved.triangles.faces)} triangles"
@@ -87,6 +91,8 @@ def _from_level_set(phi: np.ndarray, spacing: np.ndarray, origin: np.ndarray, he
             f"has shape {phi.shape} of {phi.dtype}: a level set (floats, negative inside) has at least {FEWEST_NODES} "
             f"nodes along each axis"
         )
+    if not VALUES[0] <= (largest := float(np.abs(phi).max())) <= VALUES[1]:
+        raise FileError(f"has values up to {largest:.3g} in size: must be from {VALUES[0]:g} to {VALUES[1]:g}")
     if (phi >= 0).all():
         raise FileError(
             f"is positive at the {nodes} nodes, from {phi.min():.4g} to {phi.max():.4g}: a level set is negative "
@@ -96,7 +102,10 @@ def _from_level_set(phi: np.ndarray, spacing: np.ndarray, origin: np.ndarray, he
         raise FileError(f"is never positive at the {nodes} nodes: outward is where φ > 0")
     if all((np.take(phi, (0, -1), axis) <= 0).all() for axis in range(3)):
         raise FileError("is negative all over the faces of the array: outward is where φ > 0, so change the sign")
-    bodies: Bodies = oriented(*iso_surface(phi, spacing, origin))[0]
+    points, faces = iso_surface(phi, spacing, origin)
+    if not len(faces):
+        raise FileError(f"is negative only where it is nearly zero, so that there is no membrane at the {nodes} nodes")
+    bodies: Bodies = oriented(points, faces)[0]
     count = len(bodies)
     notes = (f"bodies {bodies.listed()}",) if count > 1 else ()
     return interpolated(phi, spacing, origin, data=Data(notes, (), bodies, header.metres))

@@ -167,7 +167,10 @@ def _on_grid(raw: Raw, spacing: np.ndarray, width: float) -> Fit:
     )
     level_set = interpolated(phi, spacing, inner.first)
     box = level_set.box
-    bodies, _ = oriented(*iso_surface(phi, spacing, inner.first))
+    points, faces = iso_surface(phi, spacing, inner.first)
+    if not len(faces):
+        raise FileError(f"would be gone with nodes {spacing.max():.3g} apart: use a finer spacing, or leave it out")
+    bodies, _ = oriented(points, faces)
     shape = shape_of(bodies, AVERAGED, box, _volume(phi, spacing))
     return Fit(level_set, interpolated(wider, spacing, inner.first), bodies, shape, spacing, width)
 

@@ -66,6 +66,8 @@ def _read(path: Path, axes: str | None, whole: bool = False) -> tuple[Header, An
     shape = tuple(values.shape)
     if len(shape) != 3:
         raise FileError(f"has shape {shape} of {values.dtype}: must have three axes, {axes[0]}, {axes[1]}, {axes[2]}")
+    if 0 in shape:
+        raise FileError(f"has shape {shape}: it is empty")
     if axes == "zyx":
         shape, values = shape[::-1], values.transpose() if whole else values
     return Header(shape, spacing, NAMES.get(unit, unit), axes), values

@@ -10,12 +10,15 @@ import numpy as np
 from scipy.sparse import coo_matrix, csgraph
 
 from warp_rods.membranes.bodies import Bodies, oriented
-from warp_rods.membranes.files import FileError, counted, shown_point
+from warp_rods.membranes.files import FileError, check_distance, counted, shown_point
+from warp_rods.values import LARGEST
 
 __all__ = ["read_mesh"]
 
 MERGED = (8, 6, 5)
 """Decimals, in units of the size of a mesh, to which vertices are merged; the next ones while the mesh is open."""
+SMALLEST_SIZE = 1e-30
+"""Smallest size of a mesh."""
 LOOSE = 0.01
 """Largest fraction of the area that is left out because it hangs loose."""
 
@@ -25,20 +28,14 @@ Place = Callable[[np.ndarray], str]
 
 def read_mesh(path: Path) -> tuple[Bodies, list[str]]:
     """The bodies in a file, and what was mended; raises FileError where the triangles are not closed."""
-    import trimesh
-
-    try:
-        raw = trimesh.load_mesh(path, process=False)
-    except Exception as error:  # each reader of trimesh raises its own
-        raise FileError(f"cannot be read as a mesh: {error}") from None
-    if not isinstance(raw, trimesh.Trimesh) or not len(raw.faces):
-        raise FileError("contains no triangles")
-    if not np.isfinite(raw.vertices).all():
-        raise FileError("contains vertices that are not finite")
+    raw = _triangles_in(path)
     # Tolerances of the mesh library are absolute, hence a mesh is looked at in units of its size.
     centre, size = raw.bounds.mean(axis=0), float(raw.extents.max())
     if size == 0:
         raise FileError("contains no triangle that has an area")
+    if size < SMALLEST_SIZE:
+        raise FileError(f"has a size of {size:.3g}: must be at least {SMALLEST_SIZE:g}: use other units")
+    check_distance(size, float(np.abs(raw.vertices).max()))
 
     def place(x: np.ndarray) -> str:
         return shown_point(centre + size * x)
@@ -50,6 +47,25 @@ def read_mesh(path: Path) -> tuple[Bodies, list[str]]:
     if 0 < turned < len(bodies):  # where all face inwards, the file only has another convention
         notes.append(f"{turned} of {len(bodies)} bodies turned: outer ones face outwards, cavities inwards")
     return bodies, notes
+
+
+def _triangles_in(path: Path) -> Any:
+    """The mesh as it is in the file; raises FileError where it has no triangles between finite points."""
+    import trimesh
+
+    try:
+        raw = trimesh.load_mesh(path, process=False)
+    except Exception as error:  # each reader of trimesh raises its own
+        raise FileError(f"cannot be read as a mesh: {error}") from None
+    if not isinstance(raw, trimesh.Trimesh) or not len(raw.faces):
+        raise FileError("contains no triangles")
+    if not 0 <= raw.faces.min() <= raw.faces.max() < len(raw.vertices):
+        raise FileError(f"has triangles between vertices {raw.faces.min()} to {raw.faces.max()} of {len(raw.vertices)}")
+    if not np.isfinite(raw.vertices).all():
+        raise FileError("contains vertices that are not finite")
+    if (far := float(np.abs(raw.vertices).max())) > LARGEST:
+        raise FileError(f"contains coordinates up to {far:.3g}; at most {LARGEST:g}: use other units")
+    return raw
 
 
 def _mended(vertices: np.ndarray, faces: np.ndarray, place: Place) -> tuple[Any, list[str]]:
@@ -94,8 +110,9 @@ def _double(mesh: Any) -> np.ndarray:
 
 def _loose(mesh: Any) -> np.ndarray:
     """Triangles in small open pieces, connected to each other where an edge has two triangles."""
-    links = mesh.face_adjacency
-    count = len(mesh.faces)
+    links, count = mesh.face_adjacency, len(mesh.faces)
+    if not count:
+        return np.zeros(0, dtype=bool)
     graph = coo_matrix((np.ones(len(links), dtype=bool), links.T), shape=(count, count))
     piece = csgraph.connected_components(graph, directed=False)[1]
     edges, uses = _edges(mesh)

@@ -15,9 +15,9 @@ LINES = 500
 """Number of random lines in one batch."""
 FEW = 0.05
 """Intersections per line below which only lines through cells near the surface are drawn."""
-ENOUGH, MOST_CELLS = 0.12, 50_000
+ENOUGH, MOST_CELLS, MOST_DIVISIONS = 0.12, 50_000, 24
 """Cells are divided until that many of the lines through them intersect the surface, which is then a few times thinner
-than they are wide; or until they are that many."""
+than they are wide; or until they are that many, or divided that often."""
 CELL_LINES, CELL_SAMPLES = 4000, 32
 """Lines through cells in one batch, and samples on each."""
 AREA_CROSSINGS, MOST_LINES = 4000, 100_000
@@ -124,7 +124,7 @@ def _lines_in_cells(surface: Surface, box: Box) -> tuple[Lines, float]:
     only. Also the area of the faces of all these cells.
     """
     low, size = box[0][None], box[1] - box[0]
-    while True:
+    for division in range(1, MOST_DIVISIONS + 1):
         low, size = _divided(surface, low, size)
         faces = 2 * float(np.sum(size * np.roll(size, 1)))
 
@@ -136,8 +136,9 @@ def _lines_in_cells(surface: Surface, box: Box) -> tuple[Lines, float]:
             return foot + low[which], d, length * np.linspace(0.0, 1.0, CELL_SAMPLES)
 
         found = len(_crossings(surface, box, np.random.default_rng(0), draw))
-        if found >= ENOUGH * CELL_LINES or len(low) > MOST_CELLS:
-            return draw, len(low) * faces
+        if found >= ENOUGH * CELL_LINES or len(low) > MOST_CELLS or division == MOST_DIVISIONS:
+            break
+    return draw, len(low) * faces
 
 
 def _divided(surface: Surface, low: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -127,7 +127,8 @@ class Appended:
 
     def put(self, frame: int, values: Any) -> None:
         """Write a frame."""
-        data = np.ascontiguousarray(values, dtype=self.chunks.dtype).tobytes()
+        with np.errstate(over="ignore"):  # what single precision cannot hold is saved as infinite
+            data = np.ascontiguousarray(values, dtype=self.chunks.dtype).tobytes()
         data += crc(data)
         path = self.chunks.file(frame)
         if frame % self.chunks.per_file == 0:
@@ -151,7 +152,8 @@ class Rewritten:
 
     def put(self, frame: int, values: Any) -> None:
         """Write a frame."""
-        self._values[frame % self.chunks.per_file] = values
+        with np.errstate(over="ignore"):  # what single precision cannot hold is saved as infinite
+            self._values[frame % self.chunks.per_file] = values
         data = self._values.tobytes()
         path = self.chunks.file(frame)
         if not self.chunks.checked:  # a store of an earlier version, where chunks have folders

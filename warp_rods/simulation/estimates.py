@@ -41,7 +41,7 @@ PROCESS = 400e6
 """Bytes of the program itself."""
 PLACES, BYTES_OF_A_PAIR = 32, 8
 """Neighbours of a node for which there is always room, and bytes of each one more."""
-OUTPUT_OF_A_NODE = 30
+OUTPUT_OF_A_NODE = 40
 """Bytes of a node in a frame of the animation; about."""
 HALF = 0.5
 """The part of the free space above which a run warns."""

@@ -29,8 +29,8 @@ ARRAYS, BYTES_PER_SECOND, SECONDS_OF_AN_ARRAY = 25, 3e8, 2e-4
 def estimated_seconds(simulation: Simulation, budget: float = BUDGET) -> tuple[float, str]:
     """Seconds until the end of a run whose kernels are loaded, and what they are based on. The state does not change.
 
-    A few steps are tried. Steps by error change their length by orders of magnitude: those still to come are taken to be
-    as long as they usually become.
+    A few steps are tried. Steps by error change their length by orders of magnitude: those still to come are taken to
+    be as long as they usually become.
     """
     with simulation.trial():
         begun = time.perf_counter()

@@ -53,7 +53,9 @@ def suite(pytester, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one process", "workers"])
+@pytest.mark.parametrize(
+    "workers", [(), pytest.param(("-n", "2"), marks=pytest.mark.long)], ids=["one process", "workers"]
+)
 def test_all_checks_are_run_and_reported(suite, workers):
     done, report = suite(SUITE, "--validate", *workers)
     done.assert_outcomes(passed=2, deselected=0 if workers else 1)
@@ -86,7 +88,6 @@ def test_failures_are_shown_as_failed(suite):
     ("options", "said"),
     [
         (("-k", "one"), "1 of 2 tests were selected"),
-        (("-m", "long"), "1 of 2 tests were selected"),
         (("tests/test_some.py",), "only a part of the tests was asked for"),
         (("-x",), "1 of 4 tests were run"),
     ],

@@ -137,6 +137,7 @@ def test_what_passes_and_what_does_not():
     assert not passes(checks, "exact", measured=1.0, expected=1.0)
     assert passes(checks.same, found={"x": np.array([1.0, np.nan])}, expected={"x": np.array([1.0, np.nan])})
     assert not passes(checks.same, found=np.array([1.0]), expected=np.array([np.nextafter(1.0, 2.0)]))
+    assert not passes(checks.same, found=np.array([0.0]), expected=np.array([-0.0]))
     assert not passes(checks.same, found=np.zeros(0), expected=np.zeros(0))
     assert _differing(np.array([1, 2, 3]), np.array([1, 0, 0])) == 2
 

@@ -15,7 +15,6 @@ READINGS = ("position", "orientation", "strain", "activity", "tension")
 
 
 PLACE = {planar: "in a plane", in_space: "in space"}
-PLACE_ERROR = 1e-6
 
 
 def orders(sizes, runs):
@@ -96,5 +95,5 @@ def test_the_material_frame_gives_the_same_motion(device, verified):
     )  # fmt: skip
     verified.below(
         "independent", "swimmer in space: place of the middle at t = 0.05, N = 256", measured=errors[-1]["r"],
-        bound=PLACE_ERROR, reference="the same Galerkin solution",
+        bound=2e-6, reference="the same Galerkin solution",
     )  # fmt: skip

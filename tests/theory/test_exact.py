@@ -9,7 +9,7 @@ from warp_rods.theory.elements import clamped_elements
 
 
 @pytest.mark.parametrize("length, radius", [(0.5, 1.0), (2.0, 1.0), (9.0, 1.0), (1.0, 1e6)])
-def test_sphere_rates_are_the_spectrum_of_the_operator(length, radius):
+def test_sphere_rates_are_the_spectrum_of_the_operator(length, radius, verified):
     space = clamped_elements(8)
     operator = space.second / length**2 + space.value / radius**2
     weights = space.weights[:, None]
@@ -17,7 +17,10 @@ def test_sphere_rates_are_the_spectrum_of_the_operator(length, radius):
     # The mass matrix is the ill-conditioned one, so solve for the inverse rates.
     spectrum = 1 / eigh(mass, stiff, eigvals_only=True)[::-1]
     rates = exact.sphere_decay_rates(0.1, 2.0, 0.3, radius, length, 6)
-    np.testing.assert_allclose(rates, spectrum[:6] * 0.1 / (2.0 + 0.3 / radius**2), rtol=1e-9)
+    verified(
+        "independent", f"decay rates on a sphere in closed form, L/R = {length / radius:g}", measured=rates,
+        expected=spectrum[:6] * 0.1 / (2.0 + 0.3 / radius**2), relative=1e-9, reference="spectrum by finite elements",
+    )  # fmt: skip
 
 
 def test_a_large_sphere_is_a_plane():

@@ -58,5 +58,6 @@ def test_with_a_moment_rods_grow_at_the_fastest_rate(moment, verified):
     assert sizes[-1] < 1e-2
     verified(
         "independent", f"twisted rod, M = {moment:g}: growth from noise by time steps",
-        measured=np.log(sizes[1] / sizes[0]), expected=fastest.real, relative=0.01, reference="fastest rate of linear theory",
+        measured=np.log(sizes[1] / sizes[0]), expected=fastest.real, relative=0.01,
+        reference="fastest rate of linear theory",
     )  # fmt: skip

@@ -169,7 +169,7 @@ def test_failed_rods_are_left_out():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_motion_against_the_linking_integral(seed):
+def test_random_motion_against_the_linking_integral(seed, verified):
     """Numbers, times and signs of the jumps of the linking integral, and of the writhe of each rod."""
     rng = np.random.default_rng(seed)
     start, end = rng.normal(size=(2, 2, 7, 3)) + np.arange(7)[:, None] * [0.3, 0, 0]
@@ -187,6 +187,11 @@ def test_random_motion_against_the_linking_integral(seed):
         np.testing.assert_allclose(found.event_time[these], t[jumps, 0, 0, 0] + 1.25e-4, rtol=0, atol=1.3e-4)
         np.testing.assert_array_equal(found.event_sign[these], np.sign(steps[jumps]))
     assert len(pair) >= 6
+    expected = sum(int((np.abs(np.diff(integral)) > 0.5).sum()) for integral in integrals.values())
+    verified(
+        "independent", f"crossings of rods that move at random, seed {seed}", measured=len(pair), expected=expected,
+        within=0, reference="jumps of Gauss' linking integral and of the writhe at 4000 times",
+    )  # fmt: skip
 
 
 def random_motion(rng, rods, box, flat) -> np.ndarray:

@@ -23,7 +23,8 @@ def test_crossing_force_agrees_with_sums_over_nodes(verified):
         pairs = Pairs([Rods(np.stack([one]), np.ones(1)), Rods(np.stack([other]), np.ones(1))], **STERIC)
         forces.append((pairs.forces() * pairs.weights[:, None])[:201, 2].sum())
     verified(
-        "independent", "largest steric force between rods that cross", measured=barrier.crossing_force(100.0, 0.02, 0.08),
+        "independent", "largest steric force between rods that cross",
+        measured=barrier.crossing_force(100.0, 0.02, 0.08),
         expected=max(forces), relative=1e-4, reference="sums over 201 nodes in NumPy",
     )  # fmt: skip
 

@@ -114,7 +114,8 @@ def test_relaxation_and_time_stepping_find_the_same_equilibrium(verified):
     rods.step(4e-3, 4000)
     verified.below(
         "independent", "buckled filament at rest by time steps: Ω",
-        measured=np.abs(rods.strain[0, :-1, 2] - rest).max(), bound=1e-6, reference="Newton's method (`buckling.equilibrium`)",
+        measured=np.abs(rods.strain[0, :-1, 2] - rest).max(), bound=1e-6,
+        reference="Newton's method (`buckling.equilibrium`)",
     )  # fmt: skip
     assert np.abs(rest).max() > 1.0
     assert buckling.growth_rate(filament, length, rest) < 0 < buckling.growth_rate(filament, length)

@@ -122,11 +122,8 @@ def test_one_newton_step_projects_to_second_order(verified):
     x = points_on(surface)
     error = [np.abs(surface.phi(surface.project(x + h * surface.normal(x), 1))).max() for h in (1e-2, 1e-3)]
     assert error[0] < 1e-3
-    verified.order(
-        "a Newton step towards a torus: order in the distance",
-        measured=np.log10(error[0] / error[1]),
-        reference="φ = 0",
-    )
+    order = np.log10(error[0] / error[1])
+    verified.order("a Newton step towards a torus: order in the distance", measured=order, reference="φ = 0")
 
 
 def torus_gauss(x: np.ndarray) -> np.ndarray:

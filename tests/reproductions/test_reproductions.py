@@ -65,7 +65,7 @@ KNOWN = [
     ),
     Known(
         "thresholds", "β⊥ above which there is no U", "independent", exact.SADDLE_NODE, 1e-6,
-        f"{SOLVER}; the dissertation prints 9.1e-3: ours is 2.5 % less",
+        "SciPy's `solve_bvp`; the dissertation prints 9.1e-3: ours is 2.5 % less",
     ),
     Known("thresholds", "β⊥ at which the U starts to wave", "independent", exact.HOPF, 1e-7, SOLVER),
     Known(

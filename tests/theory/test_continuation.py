@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from examples.free import slope
-from reference.exact import HOPF, SADDLE_NODE
+from reference.exact import HOPF
+from reference.steady_u import fold
 from test_steady import ROTATING
 
 from warp_rods.errors import SceneError
@@ -26,20 +27,21 @@ def limit(values):
 
 @pytest.mark.long
 def test_the_u_ends_in_a_fold(verified):
-    """At 8.876e-3 (independent solver), second order in Δs. After the fold the branch is unstable and turns back."""
+    """At 8.876e-3, second order in Δs. After the fold the branch is unstable and turns back."""
     branches = [follow(u_swimmer(nodes, 8e-3), "bend", 7.9e-3, 1e-2) for nodes in (33, 65, 129)]
     folds = [branch.of_kind("fold")[0].value for branch in branches]
     verified(
-        "published", "stiffness at which the U ends, by continuation", measured=limit(folds[1:]), expected=SADDLE_NODE,
-        relative=1e-4, reference="an independent solver: 8.876e-3; the dissertation prints 9.1e-3 and about 9e-3",
+        "published", "stiffness at which the U ends, by continuation", measured=limit(folds[1:]), expected=fold(),
+        relative=1e-5,
+        reference="`solve_bvp` (tests/reference/steady_u.py); the dissertation prints 9.1e-3, 2.5 % more",
     )  # fmt: skip
     verified.order(
         "stiffness at which the U ends: order in Δs", measured=slope([32, 64], np.abs(np.diff(folds))),
         reference="N = 32, 64, 128",
     )  # fmt: skip
-    for branch, fold in zip(branches, folds, strict=True):
+    for branch, last in zip(branches, folds, strict=True):
         assert [found.kind for found in branch.bifurcations] == ["fold"]
-        assert branch.values.max() <= fold
+        assert branch.values.max() <= last
         assert branch.values[-1] == pytest.approx(7.9e-3, rel=1e-12)
         end = branch.values.argmax()
         assert branch.stable[:end].all()

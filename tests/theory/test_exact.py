@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference import exact
+from reference import exact, steady_u
 from scipy.linalg import eigh
 
 from warp_rods.theory.elements import clamped_elements
@@ -56,3 +56,14 @@ def test_two_cylinder_angles_are_degenerate_without_intrinsic_twist():
     np.testing.assert_allclose(np.sort(angles), [-expected, expected], atol=1e-12)
     for hand in (-1, 1):
         assert hand * exact.cylinder_angles((1.0, 2.5), (0.1 * hand, sigma), radius)[0] > 0
+
+
+def test_the_numbers_of_the_steady_u_are_those_of_a_boundary_value_problem():
+    """To the four digits stated."""
+    for bend, known in exact.STEADY_U.items():
+        np.testing.assert_allclose(steady_u.amplitude_and_speed(bend), known, atol=5e-4, rtol=0)
+
+
+@pytest.mark.long
+def test_the_fold_of_the_u_is_that_of_a_boundary_value_problem():
+    assert steady_u.fold() == pytest.approx(exact.SADDLE_NODE, abs=5e-7)

@@ -1,7 +1,6 @@
 """Known results for swimmers (docs/model.md §7): the steady U and its bifurcations, in simulations.
 
-References are those of ``reference/exact.py``, from an independent solver; Newton's method and continuation agree with
-them (tests/theory).
+References are those of ``reference/exact.py``. Those of the steady U are checked there with SciPy (tests/theory).
 """
 
 import numpy as np
@@ -25,7 +24,7 @@ def test_steady_swimmers(device, nodes, within, verified):
     verified(
         "independent", f"steady U by time steps, N = {nodes - 1}: a₀ and speed at β⊥ = 5e-3 and 1e-3",
         measured=np.stack([amplitude, speed], axis=1), expected=list(STEADY_U.values()), relative=within,
-        reference="an independent solver, extrapolated in Δs",
+        reference="boundary value problem by SciPy's `solve_bvp`",
     )  # fmt: skip
     verified(
         "conservation", f"steady U, N = {nodes - 1}: power over dissipation", measured=rods.power / rods.dissipation,
@@ -53,7 +52,7 @@ def test_the_u_ends_in_a_saddle_node(device, verified):
     bent, straight = bends[amplitude > 1.4], bends[amplitude < 1e-6]
     verified(
         "independent", "stiffness at which the U ends, by time steps", measured=(bent.max() + straight.min()) / 2,
-        expected=SADDLE_NODE, relative=3e-3, reference="an independent solver; bent at 8.85e-3, straight at 8.90e-3",
+        expected=SADDLE_NODE, relative=3e-3, reference="SciPy's `solve_bvp`; bent at 8.85e-3, straight at 8.90e-3",
     )  # fmt: skip
 
 

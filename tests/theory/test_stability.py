@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from reference import exact
+from reference.straight_rod import critical_stiffnesses
 
 import warp_rods.theory.stability as stability
 from warp_rods.rods import modes
@@ -12,8 +13,10 @@ from warp_rods.theory.tension import planar_tension
 def test_airy_roots_to_six_digits(verified):
     verified(
         "independent", "critical stiffnesses of (4.45), (4.47), ten", measured=stability.critical_stiffness(10),
-        expected=exact.AIRY_STIFFNESSES, relative=5e-6, reference="roots by SciPy's Airy functions, six digits",
+        expected=critical_stiffnesses(10, "piecewise"), relative=1e-9,
+        reference="b k'' = λk − A − Bs by shooting (tests/reference/straight_rod.py)",
     )  # fmt: skip
+    np.testing.assert_allclose(stability.critical_stiffness(10), exact.AIRY_STIFFNESSES, rtol=5e-6)
     verified(
         "published", "first critical stiffness, text after (4.47)", measured=stability.critical_stiffness(1)[0],
         expected=1.1e-2, within=0.05e-2, reference="dissertation §4.3: 1.1e-2",
@@ -53,9 +56,10 @@ def test_airy_modes_are_normalised_and_free_at_the_ends():
 def test_critical_bend_of_the_smooth_profile(verified):
     bend = stability.marginal_stiffnesses()[0]
     verified(
-        "independent", "critical stiffness of (4.37), f = −tanh 10s", measured=bend, expected=exact.CRITICAL_BEND_TANH,
-        relative=1e-5, reference="an independent solver, six digits",
+        "independent", "critical stiffness of (4.37), f = −tanh 10s", measured=bend,
+        expected=critical_stiffnesses(1, "tanh")[0], relative=1e-9, reference="b k'' = λk − A by shooting",
     )  # fmt: skip
+    assert bend == pytest.approx(exact.CRITICAL_BEND_TANH, rel=1e-5)
     assert abs(stability.eigenvalues(bend)[0]) < 1e-9
     assert stability.eigenvalues(0.99 * bend)[0].real > 0 > stability.eigenvalues(1.01 * bend)[0].real
 

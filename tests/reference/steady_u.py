@@ -7,6 +7,8 @@ The shape does not turn, so that the rod translates: u⊥' = −u0 κ, u0' = κ 
 κ, λ, u⊥ are even and u0, f odd in s; κ = κ' = λ = f' = 0 at s = 1/2.
 """
 
+from functools import cache
+
 import numpy as np
 from scipy.integrate import solve_bvp
 from scipy.optimize import minimize_scalar
@@ -48,6 +50,14 @@ def solved(bend: float, start=None):
     return found
 
 
+def followed(bend: float):
+    """The solution at a smaller stiffness than 1e-3, on the same branch: in small steps."""
+    found = solved(1e-3)
+    for between in np.geomspace(1e-3, bend, 14)[1:]:
+        found = solved(between, found)
+    return found
+
+
 def amplitude_and_speed(bend: float) -> tuple[float, float]:
     """a₀ = ∫ κ φ₀ ds over the whole rod, and |U|."""
     found = solved(bend)
@@ -59,6 +69,7 @@ def amplitude_and_speed(bend: float) -> tuple[float, float]:
     return abs(float(weights @ (found.sol(s)[0] * mode))), abs(float(found.sol(0.0)[2]))
 
 
+@cache
 def fold() -> float:
     """The largest stiffness of a U, where κ(0) is prescribed and the stiffness is unknown."""
     last = solved(8e-3, solved(5e-3))

@@ -42,12 +42,14 @@ def critical_length(stiffness: float) -> float:
     return 1e6 * brentq(excess, 1e-5, 1e-3)
 
 
-SOLVER = "an independent solver"
-SHOOTING = "tests/reference/straight_rod.py"
+SHOOTING, WAVING = "tests/reference/straight_rod.py", "tests/reference/waving.py"
 HOOP = exact.hoop_buckling_length(0.4, 1.2, (1.0, 1.0, 0.1), 1.0)
 RISE = "largest rise of a protein's energy between frames"
 KNOWN = [
-    Known("stiffness", "dimensionless β*", "independent", exact.CRITICAL_BEND_BEAM_MODE, 5e-7, f"{SOLVER}; C.2: .0101"),
+    Known(
+        "stiffness", "dimensionless β*", "independent", exact.CRITICAL_BEND_BEAM_MODE, 5e-7,
+        f"{SHOOTING}; the dissertation prints .0101 (C.2)",
+    ),
     Known("stiffness", "critical B⊥, L = 50 µm, N m²", "published", 2.6e-23, 0.05e-23, "dissertation C.2: 2.6e-23"),
     Known(
         "stiffness", "length at which the measured B⊥ is critical, µm", "exact", critical_length(5.5e-22), 0.01,
@@ -55,7 +57,7 @@ KNOWN = [
     ),
     Known(
         "critical", "first critical β⊥, full system", "independent", exact.CRITICAL_BEND_BEAM_MODE, 5e-7,
-        f"{SOLVER}; the dissertation prints 1.0e-2",
+        f"{SHOOTING}; the dissertation prints 1.0e-2",
     ),
     Known(
         "critical", "first critical β⊥, linear operator, tanh", "independent", exact.CRITICAL_BEND_TANH, 1e-7, SHOOTING
@@ -68,7 +70,7 @@ KNOWN = [
         "thresholds", "β⊥ above which there is no U", "independent", exact.SADDLE_NODE, 1e-6,
         "SciPy's `solve_bvp`; the dissertation prints 9.1e-3: ours is 2.5 % less",
     ),
-    Known("thresholds", "β⊥ at which the U starts to wave", "independent", exact.HOPF, 1e-7, SOLVER),
+    Known("thresholds", "β⊥ at which the U starts to wave", "independent", exact.HOPF, 1e-7, WAVING),
     Known(
         "thresholds", "β⊥ at which the twisted U starts to oscillate, ηr = 0.01", "published", 2e-4, 5e-6,
         "dissertation §4.4: 2e-4; ηr is not given there",

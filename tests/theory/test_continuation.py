@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from examples.free import slope
-from reference.exact import HOPF
+from reference import waving
 from reference.steady_u import fold
 from test_steady import ROTATING
 
@@ -48,15 +48,17 @@ def test_the_u_ends_in_a_fold(verified):
         assert not branch.stable[end + 1 :].any()
 
 
+@pytest.mark.long
 def test_the_u_starts_to_wave_at_a_hopf_bifurcation(verified):
-    """At 1.456e-4 (independent solver), second order in Δs; the frequency is that of the leading eigenvalue."""
+    """At 1.456e-4, second order in Δs; the frequency is that of the leading eigenvalue."""
     hopfs = [
         follow(u_swimmer(nodes, 1.7e-4), "bend", 1.4e-4, 1.7e-4, upwards=False).of_kind("Hopf")[0]
         for nodes in (65, 129)
     ]
     verified(
         "independent", "stiffness at which the U starts to wave, by continuation",
-        measured=limit([hopf.value for hopf in hopfs]), expected=HOPF, relative=5e-4, reference="an independent solver",
+        measured=limit([hopf.value for hopf in hopfs]), expected=waving.hopf(),
+        relative=1e-4, reference="Galerkin method in the material frame (tests/reference/waving.py)",
     )  # fmt: skip
     for hopf in hopfs:
         leading = hopf.shape.eigenvalues(1)[0]

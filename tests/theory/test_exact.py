@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference import exact, steady_u
+from reference import exact, steady_u, straight_rod, waving
 from scipy.linalg import eigh
 
 from warp_rods.theory.elements import clamped_elements
@@ -67,3 +67,14 @@ def test_the_numbers_of_the_steady_u_are_those_of_a_boundary_value_problem():
 @pytest.mark.long
 def test_the_fold_of_the_u_is_that_of_a_boundary_value_problem():
     assert steady_u.fold() == pytest.approx(exact.SADDLE_NODE, abs=5e-7)
+
+
+@pytest.mark.long
+def test_the_onset_of_waving_is_that_of_a_galerkin_method():
+    assert waving.hopf() == pytest.approx(exact.HOPF, abs=5e-8)
+
+
+def test_critical_stiffnesses_are_those_of_shooting_and_quadrature():
+    """To the digits stated; all ten of (4.45), (4.47) in test_stability.py."""
+    assert straight_rod.beam_mode_stiffness("tanh") == pytest.approx(exact.CRITICAL_BEND_BEAM_MODE, abs=5e-7)
+    assert straight_rod.critical_stiffnesses(1, "tanh")[0] == pytest.approx(exact.CRITICAL_BEND_TANH, abs=5e-8)

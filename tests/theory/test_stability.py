@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from reference import exact
-from reference.straight_rod import critical_stiffnesses
+from reference.straight_rod import beam_mode_stiffness, critical_stiffnesses
 
 import warp_rods.theory.stability as stability
 from warp_rods.rods import modes
@@ -66,7 +66,10 @@ def test_critical_bend_of_the_smooth_profile(verified):
 
 def test_growth_rate_of_single_beam_modes(verified):
     bend = stability.beam_mode_critical_stiffness()
-    assert abs(bend - exact.CRITICAL_BEND_BEAM_MODE) < 5e-7
+    verified(
+        "independent", "stiffness at which beam mode 0 neither grows nor decays", measured=bend,
+        expected=beam_mode_stiffness("tanh"), relative=1e-9, reference="∫ φ₀'' λφ₀ ds/x₀⁴ by Gauss' rule",
+    )  # fmt: skip
     verified(
         "published", "first critical stiffness, full equations", measured=bend, expected=1.0e-2, within=0.05e-2,
         reference="dissertation §4.3: 1.0e-2, as β⊥ where beam mode 0 neither grows nor decays; C.2 prints .0101",

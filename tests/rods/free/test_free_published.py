@@ -1,6 +1,7 @@
 """Known results for swimmers (docs/model.md §7): the steady U and its bifurcations, in simulations.
 
-References are those of ``reference/exact.py``. Those of the steady U are checked there with SciPy (tests/theory).
+References are those of ``reference/exact.py``. tests/theory/test_exact.py compares them with
+other methods.
 """
 
 import numpy as np
@@ -93,5 +94,5 @@ def test_the_u_starts_to_wave_at_a_hopf_bifurcation(device, verified):
     verified(
         "independent", "stiffness at which the U starts to wave, from Jacobians of the rates",
         measured=(4 * hopf[1] - hopf[0]) / 3, expected=HOPF, relative=1.5e-2,
-        reference="an independent solver; N = 64, 128, extrapolated",
+        reference="Galerkin method in the material frame (tests/reference/waving.py)",
     )  # fmt: skip

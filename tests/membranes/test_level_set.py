@@ -96,7 +96,7 @@ def test_gaussian_curvature_is_of_second_order(kind, tmp_path, verified):
         points = surface.project(directions() * RADII[kind])
         error.append(np.abs(surface.gaussian_curvature(points) - exact.gaussian_curvature(exact.project(points))).max())
         spacing.append(h)
-    name = f"Gaussian curvature of a {kind} on a grid: order in the spacing"
+    name = f"{kind} on a grid: order of the Gaussian curvature in the spacing"
     verified.order(name, measured=slope(spacing, error), reference="closed form")
     assert error[-1] < 3e-3
 

@@ -33,13 +33,14 @@ class Known(NamedTuple):
     reference: str
 
 
+def critical_stiffness(length: float) -> float:
+    """Stiffness in N m² below which a cell of this length in m buckles: B = β* 2πμ u* L³/ln(L/a) (C.2)."""
+    return exact.CRITICAL_BEND_BEAM_MODE * 2 * np.pi * 1e-3 * 13e-6 * length**3 / np.log(length / 1e-6)
+
+
 def critical_length(stiffness: float) -> float:
-    """Length in µm of a cell that buckles at this stiffness in N m²: B = β* 2πμ u* L³/ln(L/a) (C.2)."""
-
-    def excess(L: float) -> float:
-        return exact.CRITICAL_BEND_BEAM_MODE * 2 * np.pi * 1e-3 * 13e-6 * L**3 / np.log(L / 1e-6) - stiffness
-
-    return 1e6 * brentq(excess, 1e-5, 1e-3)
+    """Length in µm of a cell that buckles at this stiffness in N m²."""
+    return 1e6 * brentq(lambda length: critical_stiffness(length) - stiffness, 1e-5, 1e-3)
 
 
 SHOOTING, WAVING = "tests/reference/straight_rod.py", "tests/reference/waving.py"
@@ -50,7 +51,10 @@ KNOWN = [
         "stiffness", "dimensionless β*", "independent", exact.CRITICAL_BEND_BEAM_MODE, 5e-7,
         f"{SHOOTING}; the dissertation prints .0101 (C.2)",
     ),
-    Known("stiffness", "critical B⊥, L = 50 µm, N m²", "published", 2.6e-23, 0.05e-23, "dissertation C.2: 2.6e-23"),
+    Known(
+        "stiffness", "critical B⊥, L = 50 µm, N m²", "exact", critical_stiffness(50e-6), 1e-27,
+        "(C.2) with β* = 1.0154e-2; the dissertation prints 2.6e-23, with .0101",
+    ),
     Known(
         "stiffness", "length at which the measured B⊥ is critical, µm", "exact", critical_length(5.5e-22), 0.01,
         "root of (C.2) with β* = 1.0154e-2",

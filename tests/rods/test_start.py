@@ -59,7 +59,13 @@ def errors_of(make, lengths=LENGTHS, end=END, before=None) -> dict[str, list[flo
     return errors
 
 
-@pytest.mark.parametrize("start", STARTS)
+SHORT = {"high modes", "bent on a plane", "growing"}
+"""The others are long checks."""
+
+
+@pytest.mark.parametrize(
+    "start", [pytest.param(start, marks=[] if start in SHORT else [pytest.mark.long]) for start in STARTS]
+)
 def test_filaments_keep_second_order_on_rough_starts(start, verified):
     errors = errors_of(STARTS[start])
     verified.order(

@@ -66,7 +66,7 @@ def test_convex_sensors_find_the_bulbs(tmp_path, verified):
     mean = area_mean(mesh, gauss)
     spread = np.sqrt(area_mean(mesh, gauss**2) - mean**2) / np.sqrt(data.sizes["rod"])
     verified(
-        "published", "sensors with σ2 > 0 at the start: ⟨𝒦⟩", measured=float(data.gauss[0].mean()), expected=mean,
+        "independent", "sensors with σ2 > 0 at the start: ⟨𝒦⟩", measured=float(data.gauss[0].mean()), expected=mean,
         within=3.3 * spread, reference="mean over the area, 3.3 standard errors",
     )  # fmt: skip
     verified(

@@ -91,9 +91,9 @@ def test_a_filament_on_a_sphere_relaxes_to_a_great_circle(verified):
 
 CYLINDER = [
     ((1.0, 1.0, 1.0), (0.5, 1.0, 0.0)),
-    ((1.0, 1.0, 1.0), (-0.5, 1.0, 0.0)),
+    pytest.param((1.0, 1.0, 1.0), (-0.5, 1.0, 0.0), marks=pytest.mark.long),
     ((0.5, 2.0, 1.0), (0.0, 0.9, 0.0)),
-    ((2.0, 1.0, 0.5), (0.6, 0.2, 0.0)),
+    pytest.param((2.0, 1.0, 0.5), (0.6, 0.2, 0.0), marks=pytest.mark.long),
 ]
 
 

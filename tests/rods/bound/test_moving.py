@@ -7,6 +7,7 @@ from the order.
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from examples.bound import BOUNDS, constraint_errors, energy_defect, read
 
 from warp_rods.membranes import surfaces
@@ -167,6 +168,7 @@ def test_a_moving_membrane_is_equivalent_to_one_at_rest_in_a_flow(verified):
     )
 
 
+@pytest.mark.long
 def test_second_order_in_space_on_a_breathing_torus(device, verified):
     lines = []
     for nodes in (17, 33, 65, 129):
@@ -177,6 +179,7 @@ def test_second_order_in_space_on_a_breathing_torus(device, verified):
     verified.order("filament on a breathing torus: order in Δs", measured=found, reference="N = 16 to 128")
 
 
+@pytest.mark.long
 def test_second_order_in_time_on_a_breathing_torus(device, verified):
     lines = []
     for step in (2e-3, 1e-3, 5e-4, 2.5e-4):

@@ -84,6 +84,7 @@ def oscillation_growth(bend, nodes, device):
     return spectrum[abs(spectrum.imag) > 1].real.max()
 
 
+@pytest.mark.long
 def test_the_u_starts_to_wave_at_a_hopf_bifurcation(device, verified):
     """The growth rate vanishes at 1.456e-4, extrapolated from two grids, within 1.5 %."""
     bends = np.array([1.5e-4, 1.54e-4])

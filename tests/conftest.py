@@ -1,4 +1,4 @@
-"""Fixtures for all tests: the available devices."""
+"""Fixtures for all tests: the available devices, and ``verified`` (verification.py)."""
 
 import os
 
@@ -10,6 +10,8 @@ import pytest
 import warp as wp
 
 wp.config.log_level = wp.LOG_WARNING
+
+pytest_plugins = ("verification", "pytester")
 
 
 def _devices() -> list[str]:

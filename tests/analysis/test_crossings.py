@@ -168,25 +168,33 @@ def test_failed_rods_are_left_out():
     assert (crossings(more).first_rod.item(), crossings(more).second_rod.item()) == (1, 2)
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_random_motion_against_the_linking_integral(seed):
+def test_random_motion_against_the_linking_integral(verified):
     """Numbers, times and signs of the jumps of the linking integral, and of the writhe of each rod."""
-    rng = np.random.default_rng(seed)
-    start, end = rng.normal(size=(2, 2, 7, 3)) + np.arange(7)[:, None] * [0.3, 0, 0]
-    t = np.linspace(0, 1, 4001)[:, None, None, None]
-    fine = start + t * (end - start)
-    found = crossings(group([start, end]))
-    pair = found.first_rod.values * 2 + found.second_rod.values
-    integrals = {1: linking(fine[:, 0], fine[:, 1]), 0: writhe(fine[:, 0]) / 2, 3: writhe(fine[:, 1]) / 2}
-    for which, integral in integrals.items():
-        steps = np.diff(integral)
-        jumps = np.flatnonzero(np.abs(steps) > 0.5)
-        assert np.all(np.sort(np.abs(steps))[: len(steps) - len(jumps)] < 0.2)
-        these = pair == which
-        assert these.sum() == len(jumps)
-        np.testing.assert_allclose(found.event_time[these], t[jumps, 0, 0, 0] + 1.25e-4, rtol=0, atol=1.3e-4)
-        np.testing.assert_array_equal(found.event_sign[these], np.sign(steps[jumps]))
-    assert len(pair) >= 6
+    counts = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        start, end = rng.normal(size=(2, 2, 7, 3)) + np.arange(7)[:, None] * [0.3, 0, 0]
+        t = np.linspace(0, 1, 4001)[:, None, None, None]
+        fine = start + t * (end - start)
+        found = crossings(group([start, end]))
+        pair = found.first_rod.values * 2 + found.second_rod.values
+        integrals = {1: linking(fine[:, 0], fine[:, 1]), 0: writhe(fine[:, 0]) / 2, 3: writhe(fine[:, 1]) / 2}
+        for which, integral in integrals.items():
+            steps = np.diff(integral)
+            jumps = np.flatnonzero(np.abs(steps) > 0.5)
+            assert np.all(np.sort(np.abs(steps))[: len(steps) - len(jumps)] < 0.2)
+            these = pair == which
+            assert these.sum() == len(jumps)
+            np.testing.assert_allclose(found.event_time[these], t[jumps, 0, 0, 0] + 1.25e-4, rtol=0, atol=1.3e-4)
+            np.testing.assert_array_equal(found.event_sign[these], np.sign(steps[jumps]))
+        assert len(pair) >= 6
+        counts.append((len(pair), sum(int((np.abs(np.diff(one)) > 0.5).sum()) for one in integrals.values())))
+    measured, expected = np.transpose(counts)
+    verified(
+        "independent", "crossings of rods that move at random, six times", measured=measured,
+        expected=expected, within=0,
+        reference="jumps of Gauss' linking integral and of the writhe at 4000 times",
+    )  # fmt: skip
 
 
 def random_motion(rng, rods, box, flat) -> np.ndarray:

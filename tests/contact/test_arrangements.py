@@ -71,7 +71,7 @@ def closest(simulation: Simulation) -> float:
     return float(least)
 
 
-def test_nearest_points_of_segments():
+def test_nearest_points_of_segments(verified):
     """Against an independent formula; parallel segments, segments in one line and points included."""
     rng = np.random.default_rng(4)
     p, q = rng.normal(size=(2, 4000, 3))
@@ -80,7 +80,10 @@ def test_nearest_points_of_segments():
     q[:200] = p[:200] + a[:200] * rng.uniform(-3, 3, size=(200, 1))
     x, y = nearest_points(p, a, q, b)
     found = np.linalg.norm(p + x[:, None] * a - q - y[:, None] * b, axis=-1)
-    np.testing.assert_allclose(found, distance_of_segments(p, a, q, b), rtol=0, atol=1e-12)
+    verified.below(
+        "independent", "distances of 4000 pairs of segments", measured=np.abs(found - distance_of_segments(p, a, q, b)),
+        bound=1e-12, reference="common normals and ends, in NumPy",
+    )  # fmt: skip
     _, y = nearest_points(p, 0 * a, q, b)
     d = np.linalg.norm(p - q - y[:, None] * b, axis=-1)
     np.testing.assert_allclose(d, distance_of_segments(p, 1e-9 * a, q, b), rtol=0, atol=1e-8)

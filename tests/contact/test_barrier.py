@@ -13,7 +13,7 @@ from warp_rods.simulation.loop import Simulation
 STERIC = {"strength": 100.0, "range": 0.02, "core": 0.08}
 
 
-def test_crossing_force_agrees_with_sums_over_nodes():
+def test_crossing_force_agrees_with_sums_over_nodes(verified):
     """The largest force over distances h between two straight, well resolved rods at right angles."""
     s = np.linspace(-0.5, 0.5, 201)
     forces = []
@@ -22,15 +22,22 @@ def test_crossing_force_agrees_with_sums_over_nodes():
         other = np.stack([0 * s, s, 0 * s], axis=-1)
         pairs = Pairs([Rods(np.stack([one]), np.ones(1)), Rods(np.stack([other]), np.ones(1))], **STERIC)
         forces.append((pairs.forces() * pairs.weights[:, None])[:201, 2].sum())
-    assert barrier.crossing_force(100.0, 0.02, 0.08) == pytest.approx(max(forces), rel=1e-4)
+    verified(
+        "independent", "largest steric force between rods that cross",
+        measured=barrier.crossing_force(100.0, 0.02, 0.08),
+        expected=max(forces), relative=1e-4, reference="sums over 201 nodes in NumPy",
+    )  # fmt: skip
 
 
-def test_flank_force_agrees_with_sums_over_nodes():
+def test_flank_force_agrees_with_sums_over_nodes(verified):
     s = np.linspace(-0.5, 0.5, 401)
     flank, tip = np.stack([0 * s, s, 0 * s], axis=-1), np.stack([s + 0.5, 0 * s, 0 * s], axis=-1)
     pairs = Pairs([Rods(line[None], np.ones(1)) for line in (flank, tip)], **STERIC)
     force = (pairs.forces() * pairs.weights[:, None])[401:, 0].sum()
-    assert barrier.flank_force(100.0, 0.02, 0.08) == pytest.approx(force, rel=1e-3)
+    verified(
+        "independent", "steric force of a flank on a tip", measured=barrier.flank_force(100.0, 0.02, 0.08),
+        expected=force, relative=1e-3, reference="sums over 401 nodes in NumPy",
+    )  # fmt: skip
     assert barrier.flank_force(100.0, 0.02, 0.08) < barrier.crossing_force(100.0, 0.02, 0.08)
 
 

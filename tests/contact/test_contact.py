@@ -60,41 +60,47 @@ def passed_through(simulation: Simulation, found: list[dict[str, np.ndarray]]) -
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_a_collision_is_second_order_in_time(kind):
+def test_a_collision_is_second_order_in_time(kind, verified):
     counts, found = np.array([250, 500, 1000, 2000]), []
     for count in counts:
         simulation = collision(kind, step=0.5 / count)
         found.append(frames(simulation)[-1])
         assert simulation.together.finest == 1
     assert found[-1]["steric_energy"].min() > 0.03 and np.abs(found[-1]["strain"]).max() > 0.5
-    for name in ("position", "orientation", "strain"):
-        errors = [np.abs(b[name] - a[name]).max() for a, b in pairwise(found)]
-        assert slope(counts[:-1], errors) == pytest.approx(2, abs=0.2), (name, errors)
+    names = ("position", "orientation", "strain")
+    errors = [[np.abs(b[name] - a[name]).max() for a, b in pairwise(found)] for name in names]
+    verified.order(
+        f"{kind} collision: order in Δt", measured=[slope(counts[:-1], e) for e in errors],
+        reference="successive differences of three readings, Δt = 2e-3 to 2.5e-4",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_a_collision_of_hard_rods_is_second_order_in_time(kind):
+def test_a_collision_of_hard_rods_is_second_order_in_time(kind, verified):
     """The core is four times the range, as in swarms: contact is weak and pairs cross the cut-off."""
     counts = np.array([500, 1000, 2000, 4000])
     found = [frames(collision(kind, 17, steric=HARD, step=0.5 / count))[-1]["position"] for count in counts]
     errors = [np.abs(b - a).max() for a, b in pairwise(found)]
-    assert slope(counts[:-1], errors) == pytest.approx(2, abs=0.2), errors
+    name = f"{kind} collision of hard rods: order in Δt"
+    verified.order(name, measured=slope(counts[:-1], errors), reference="Δt = 1e-3 to 1.25e-4")
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_a_collision_is_second_order_in_the_spacing(kind):
+def test_a_collision_is_second_order_in_the_spacing(kind, verified):
     """Δs ≤ ε/3, so that the core is resolved."""
     sizes, found = np.array([16, 32, 64, 128]), []
     for size in sizes:
         last = frames(collision(kind, int(size) + 1, steric=CLEAR, step=5e-4))[-1]
         found.append({name: last[name][:, :: size // 16] for name in ("position", "strain")})
-    for name in found[0]:
-        errors = [np.abs(b[name] - a[name]).max() for a, b in pairwise(found)]
-        assert slope(sizes[:-1], errors) == pytest.approx(2, abs=0.2), (name, errors)
+    errors = [[np.abs(b[name] - a[name]).max() for a, b in pairwise(found)] for name in found[0]]
+    verified.order(
+        f"{kind} collision: order in Δs", measured=[slope(sizes[:-1], e) for e in errors],
+        reference="places and strains, N = 16 to 128",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
+def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind, verified):
     """Up to its error of second order. Contact rates of thousands would make explicit steps above 4e-4 unstable."""
     expected = frames(collision(kind, steric=HARD, end=0.8, step=1.25e-4))[-1]["position"]
 
@@ -105,7 +111,10 @@ def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
 
     lengths = np.array([0.01, 0.005, 0.0025, 0.00125])
     errors = [error(collision(kind, steric=HARD, end=0.8, step=step)) for step in lengths]
-    assert slope(1 / lengths, errors) == pytest.approx(2, abs=0.2), errors
+    verified.order(
+        f"{kind} collision of hard rods in steps far above the explicit bound: order in Δt",
+        measured=slope(1 / lengths, errors), reference="Δt = 1.25e-4; explicit steps are bounded by 4e-4",
+    )  # fmt: skip
     assert errors[2] < 3e-4
     divided = collision(kind, steric=HARD, end=0.8, step=0.02)
     assert error(divided) < 1.01 * errors[0] and divided.together.finest == 2
@@ -113,13 +122,16 @@ def test_steps_much_too_long_for_the_contact_give_the_same_solution(kind):
 
 
 @pytest.mark.parametrize("kind", COLLISIONS)
-def test_nothing_passes_through(kind):
+def test_nothing_passes_through(kind, verified):
     """With a frame at every long step. Without steric forces the crossed pair passes through each other."""
     run = collision(kind, steric=HARD, end=1.2, step=0.02, every=0.02)
     found = frames(run)
     assert run.together.finest > 1 and not run.together.unresolved
     assert max(f["steric_energy"].max() for f in found) > 1e-3
-    assert passed_through(run, found) == 0
+    verified(
+        "constraint", f"{kind} collision of hard rods in long steps: crossings", measured=passed_through(run, found),
+        expected=0, within=0, reference="rods do not pass through each other",
+    )  # fmt: skip
     free = collision("crossed", steric={**HARD, "strength": 0.0}, end=1.2, step=0.02, every=0.02)
     free_frames = frames(free)
     for f in free_frames:  # projected onto one plane
@@ -151,18 +163,18 @@ def test_no_node_moves_farther_than_allowed_in_a_step(monkeypatch):
     assert accepted == sorted(accepted)
 
 
-def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch):
+def test_bits_do_not_depend_on_the_number_of_threads(monkeypatch, verified):
     """Small slices for two threads, if there are two cores, for stepping rods and for summing pair forces."""
     bits = []
     for nodes in (slices.NODES_PER_THREAD, 20):
         monkeypatch.setattr(slices, "NODES_PER_THREAD", nodes)
         run = collision("crossed", steric=HARD, end=0.8, step=0.02)
-        bits.append(frames(run)[-1]["position"].tobytes())
+        bits.append(frames(run)[-1]["position"])
         assert run.together.finest > 1
-    assert bits[0] == bits[1]
+    verified.same("crossed collision by two threads", bits[1], bits[0], reference="one thread")
 
 
-def test_a_restored_run_with_divided_steps_continues_with_the_same_bits():
+def test_a_restored_run_with_divided_steps_continues_with_the_same_bits(verified):
     def start():
         return collision("crossed", steric=HARD, end=0.8, step=0.02, every=0.1)
 
@@ -174,14 +186,18 @@ def test_a_restored_run_with_divided_steps_continues_with_the_same_bits():
         found.append(whole.variables()["cells"])
         states.append(whole.state())
     assert whole.together.finest > 1
+    restored, expected = {}, {}
     for k, state in enumerate(states[:-1]):
         again = start()
         if k % 2:
             again.warm_up()
         again.restore(state)
-        for expected, got in zip(found[k:], frames(again), strict=True):
-            for name in ("position", "strain", "activity", "steric_energy"):
-                assert expected[name].tobytes() == got[name].tobytes(), (k, name)
+        frames_again = frames(again)
+        names = ("position", "strain", "activity", "steric_energy")
+        ours, theirs = ({n: np.array([f[n] for f in part]) for n in names} for part in (frames_again, found[k:]))
+        restored |= {f"{n} {k}": ours[n] for n in names}
+        expected |= {f"{n} {k}": theirs[n] for n in names}
+    verified.same("collision in divided steps, restored at each frame", restored, expected, reference="no stop")
 
 
 def test_a_state_contains_the_number_of_parts():
@@ -194,14 +210,15 @@ def test_a_state_contains_the_number_of_parts():
     assert other.together._parts == 4
 
 
-def test_saving_more_often_does_not_change_the_bits():
+def test_saving_more_often_does_not_change_the_bits(verified):
     """Steps of 2⁻¹⁰, so that all times are exact; lists are rebuilt at every frame."""
-    bits = set()
+    bits = []
     for every in (2**-10, 2**-6, 2**-3, 2**-2):
         run = collision("head-on", steric=HARD, end=0.25, step=2**-10, every=every)
-        bits.add(frames(run)[-1]["position"].tobytes())
+        bits.append(frames(run)[-1]["position"])
         assert run.together.finest == 1
-    assert len(bits) == 1
+    often = np.array(bits[:-1])
+    verified.same("collision saved more often", often, np.array([bits[-1]] * 3), reference="saved once")
 
 
 def test_contact_that_the_shortest_substeps_do_not_resolve_is_reported(monkeypatch):

@@ -12,12 +12,23 @@ from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 
 
-def test_forces_and_energies_agree_with_all_pairs(device):
+def test_forces_and_energies_agree_with_all_pairs(device, verified):
     ensembles = entangled()
     pairs = Pairs(ensembles, **STERIC)
     neighbours, held = applied(ensembles, device)
-    assert np.abs(pairs.forces()).max() > 0.1
+    expected = pairs.forces()
+    assert np.abs(expected).max() > 0.1
     assert_agrees(neighbours, held, pairs)
+    verified.below(
+        "independent", "steric forces of entangled rods, over the largest",
+        measured=np.abs(all_forces(held) - expected).max() / np.abs(expected).max(), bound=1e-13,
+        reference="sums over all pairs in NumPy",
+    )  # fmt: skip
+    energy = sum(energies.sum() for energies in neighbours.energies())
+    verified(
+        "exact", "steric energy of entangled rods", measured=energy, expected=pairs.energies().sum(), relative=1e-13,
+        reference="½ Σ w_i w_j G(ρ), G = g0 exp(−ρ/a)/4πρ less its tangent at the cut-off",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("core", [0.01, 0.05, 0.0501, 0.12])
@@ -47,28 +58,35 @@ def test_forces_and_energies_vanish_continuously_at_the_cutoff(device):
         assert at(1 - 1e-9)[0] < 1e-10 * at(0.25)[0]
 
 
-def test_total_force_and_moment_vanish(device):
+def test_total_force_and_moment_vanish(device, verified):
     ensembles = entangled()
     _, held = applied(ensembles, device)
     pairs = Pairs(ensembles, **STERIC)
     force = pairs.weights[:, None] * all_forces(held)
     scale = np.abs(force).sum()
-    np.testing.assert_allclose(force.sum(axis=0), 0, rtol=0, atol=1e-14 * scale)
-    np.testing.assert_allclose(np.cross(pairs.points, force).sum(axis=0), 0, rtol=0, atol=1e-14 * scale)
+    total = np.stack([force.sum(axis=0), np.cross(pairs.points, force).sum(axis=0)])
+    verified.below(
+        "conservation", "total force and moment of steric forces, over the sum of all", measured=np.abs(total) / scale,
+        bound=1e-14, reference="0 (third law)",
+    )  # fmt: skip
 
 
-def test_force_is_minus_the_gradient_of_the_energy(device):
+def test_force_is_minus_the_gradient_of_the_energy(device, verified):
     ensembles = entangled()
     _, held = applied(ensembles, device)
     pairs = Pairs(ensembles, **STERIC)
     force = pairs.weights[:, None] * all_forces(held)
-    step = 1e-30
+    step, errors = 1e-30, []
     for i in np.random.default_rng(2).choice(len(force), size=12, replace=False):
         for axis in range(3):
             moved = pairs.points.astype(complex)
             moved[i, axis] += 1j * step
             slope = pairs.energies(moved).sum().imag / step
-            assert force[i, axis] == pytest.approx(-slope, rel=0, abs=1e-13 * np.abs(force).max())
+            errors.append(abs(force[i, axis] + slope) / np.abs(force).max())
+    verified.below(
+        "conservation", "steric forces against minus the gradient of the energy, over the largest", measured=errors,
+        bound=1e-13, reference="complex steps of the energy of all pairs",
+    )  # fmt: skip
 
 
 def test_the_grid_misses_no_pair_beyond_its_period(device):
@@ -96,7 +114,7 @@ def test_the_force_between_coincident_nodes_vanishes(device):
     assert not all_forces(applied(point, device)[1]).any()
 
 
-def test_forces_have_the_same_bits_at_the_same_positions_and_follow_new_ones(device):
+def test_forces_have_the_same_bits_at_the_same_positions_and_follow_new_ones(device, verified):
     """The second call replays a recorded graph with the present positions."""
     first, second = entangled()
     neighbours, held = applied([first, second], device)
@@ -109,8 +127,10 @@ def test_forces_have_the_same_bits_at_the_same_positions_and_follow_new_ones(dev
     assert_agrees(neighbours, held, Pairs([moved, second], **STERIC))
     held[0].place(first.position)
     neighbours.apply()
-    np.testing.assert_array_equal(all_forces(held), before)
-    np.testing.assert_array_equal(np.concatenate(neighbours.energies()), energies)
+    found = {"force": all_forces(held), "energy": np.concatenate(neighbours.energies())}
+    verified.same(
+        "steric forces where rods have been before", found, {"force": before, "energy": energies}, reference="before"
+    )
 
 
 @pytest.mark.parametrize("steric", [{}, {"range": 0.4}, {"range": 1e-4, "core": 0.2}], ids=["few", "many", "tiny"])

@@ -52,7 +52,7 @@ def near_the_wall(wall: Surface | float, nodes: int = 9) -> Rods:
 @pytest.mark.parametrize(
     ("kind", "outside"), [("slab", False), *((kind, outside) for kind in CONTAINERS for outside in (False, True))]
 )
-def test_force_is_minus_the_gradient_of_the_energy(kind, outside, device):
+def test_force_is_minus_the_gradient_of_the_energy(kind, outside, device, verified):
     """By central differences, with errors of second order in the step."""
     wall = HEIGHT if kind == "slab" else surfaces.make(kind, CONTAINERS[kind])
     wall_range, side, rods = 0.1, -1.0 if outside else 1.0, near_the_wall(wall)
@@ -75,13 +75,17 @@ def test_force_is_minus_the_gradient_of_the_energy(kind, outside, device):
         )
         slopes = (ahead - behind) / (2 * step)
         errors.append(np.abs(held.force + slopes)[smooth].max() / np.abs(held.force).max())
+    name = f"force of a wall, {kind}{' from outside' if outside else ''}, against minus the gradient of the energy"
     if isinstance(wall, Surface):
-        assert slope(1 / steps, errors) == pytest.approx(2, abs=0.2) and errors[-1] < 1e-4
+        assert slope(1 / steps, errors) == pytest.approx(2, abs=0.2)
+        verified.below("conservation", name, measured=errors[-1], bound=1e-4, reference="central differences in NumPy")
     else:
-        assert max(errors) < 1e-11
+        verified.below(
+            "conservation", name, measured=errors, bound=1e-11, reference="central differences, exact for a slab"
+        )
 
 
-def test_slab_and_sphere_have_their_exact_forces(device):
+def test_slab_and_sphere_have_their_exact_forces(device, verified):
     """k (d + δ) along the normal: d = |z| − h/2 for a slab; φ = (r² − R²)/2 and d = (r − R²/r)/2 for a sphere."""
     for wall in (HEIGHT, surfaces.make("sphere", {"radius": 1.0})):
         rods = near_the_wall(wall)
@@ -94,7 +98,11 @@ def test_slab_and_sphere_have_their_exact_forces(device):
         else:
             d, gradient = np.abs(x[..., 2:]) - HEIGHT / 2, np.sign(x[..., 2:]) * np.array([0.0, 0.0, 1.0])
         expected = -STRENGTH * np.maximum(d + RANGE, 0) * gradient
-        np.testing.assert_allclose(held.force, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+        verified.below(
+            "exact", f"force of a wall, {'sphere' if isinstance(wall, Surface) else 'slab'}, over the largest",
+            measured=np.abs(held.force - expected).max() / np.abs(expected).max(), bound=1e-13,
+            reference="k (d + δ); d = |z| − h/2, or (r − R²/r)/2",
+        )  # fmt: skip
 
 
 def test_walls_add_to_the_present_forces_and_distant_walls_add_nothing(device):
@@ -133,7 +141,7 @@ def upright(nodes: int, device, **other) -> FreeRods:
 
 
 @pytest.mark.parametrize("nodes", [17, 33, 65])
-def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device):
+def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device, verified):
     """Σ w_i k (depth − i Δs)₊ = ∫ f ds = 1; for many nodes the tip is √(2/k) deep, less than the range of the wall."""
     rod, height = upright(nodes, device), 1.3
     walls = Walls([rod], height, STRENGTH, RANGE, device=device)
@@ -142,7 +150,11 @@ def test_a_rod_that_swims_into_a_wall_stops_where_forces_balance(nodes, device):
     deep = rod.position[0, -1, 2] - (height / 2 - RANGE)
     weights = np.full(nodes, h)
     weights[[0, -1]] /= 2
-    assert STRENGTH * weights @ np.maximum(deep - h * np.arange(nodes), 0) == pytest.approx(1, rel=1e-9)
+    push = STRENGTH * weights @ np.maximum(deep - h * np.arange(nodes), 0)
+    verified(
+        "exact", f"force of a wall on a swimmer at rest, N = {nodes - 1}", measured=push, expected=1, within=1e-9,
+        reference="∫ f ds = 1",
+    )  # fmt: skip
     assert deep == pytest.approx(np.sqrt(2 / STRENGTH), abs=h)
     assert deep < RANGE and rod.status[0] == 0
     assert np.abs(rod.position[0, :, :2]).max() < 1e-9
@@ -225,25 +237,34 @@ class PassiveRods:
         return before - self.energies, float(np.trapezoid(drag, dx=end / steps))
 
 
-def test_the_energy_lost_is_dissipated_to_second_order_in_the_spacing(device):
+def test_the_energy_lost_is_dissipated_to_second_order_in_the_spacing(device, verified):
     """Velocities of nodes are means over half nodes, so the external power balances to the order of the grid."""
     sizes, errors = np.array([16, 32, 64]), []
     for size in sizes:
         lost, drag = PassiveRods(int(size) + 1, device).run(0.01, 400)
         assert (np.abs(lost) > 5e-3 * drag).all()
         errors.append(abs(lost.sum() - drag) / drag)
-    assert slope(sizes, errors) == pytest.approx(2, abs=0.3)
-    assert errors[-1] < 2e-3
+    verified.order(
+        "rods in contact with each other and walls: energy lost − ∫ dissipation, order in Δs",
+        measured=slope(sizes, errors), within=0.3, reference="elastic, steric and wall energy, N = 16, 32, 64",
+    )  # fmt: skip
+    verified.below(
+        "conservation", "rods in contact with each other and walls: energy lost − ∫ dissipation, relative, N = 64",
+        measured=errors[-1], bound=2e-3, reference="0",
+    )  # fmt: skip
 
 
-def test_the_energy_lost_is_dissipated_to_second_order_in_time(device):
+def test_the_energy_lost_is_dissipated_to_second_order_in_time(device, verified):
     """On one grid; its error does not depend on Δt, so successive differences are compared."""
     steps, defects = np.array([50, 100, 200, 400]), []
     for count in steps:
         lost, drag = PassiveRods(17, device).run(0.04, int(count))
         defects.append(lost.sum() - drag)
     errors = np.abs(np.diff(defects))
-    assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.3)
+    verified.order(
+        "rods in contact with each other and walls: energy lost − ∫ dissipation, order in Δt",
+        measured=slope(steps[:-1], errors), within=0.3, reference="successive differences, N = 16",
+    )  # fmt: skip
 
 
 def in_a_cylinder(placement) -> Scene:

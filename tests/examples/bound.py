@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.polynomial import Chebyshev
 from reference.bound import Rod, State, end_slope, moments
+from reference.lie import se3_exp
 from reference.symbolic_surface import cassini, torus
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
@@ -139,3 +140,44 @@ def smooth_filaments(kind, nodes, device, turns, seed=1):
 def order(cells, errors):
     """Fitted orders of convergence of errors [run, ...] with these numbers of cells."""
     return -np.polyfit(np.log(cells), np.log(errors), 1)[0]
+
+
+def energy_defect(rods, dt):
+    """|dE/dt + dissipation − power|/dissipation of the first rod, dE/dt from five states ``dt`` apart."""
+    energy, lost = [], []
+    for _ in range(5):
+        energy.append(rods.energy[0])
+        lost.append((rods.dissipation[0], rods.power[0]))
+        rods.step(dt)
+    rate = (energy[0] - 8 * energy[1] + 8 * energy[3] - energy[4]) / (12 * dt)
+    dissipation, power = lost[2]
+    return abs(rate + dissipation - power) / dissipation
+
+
+BOUNDS = {
+    "|φ|/|∇φ|": 1e-9,
+    "RᵀR − 1 and det R − 1 of the directors": 1e-14,
+    "third director against ∇φ/|∇φ|": 1e-14,
+    "relative error of the lengths of segments": 1e-9,
+}
+
+
+def constraint_errors(rods: BoundRods) -> dict[str, float]:
+    """Errors of the constraints of ``BOUNDS``, from directors and places.
+
+    A segment is an arc of the screw motion with the mean strain of its ends.
+    """
+    R, r, surface = rods.rotation[0], rods.position[0], rods.surface.at(rods.time)
+    gradient = surface.gradient(r)
+    size = np.linalg.norm(gradient, axis=-1)
+    gram = np.swapaxes(R, 1, 2) @ R - np.eye(3)
+    cell = rods.reading("length")[0] / (rods.nodes - 1)
+    mean = (rods.strain[0, 1:] + rods.strain[0, :-1]) / 2
+    chord = [np.linalg.norm(se3_exp(cell * strain, np.array([cell, 0, 0]))[1]) for strain in mean]
+    errors = (
+        np.abs(surface.phi(r) / size).max(),
+        max(np.abs(gram).max(), np.abs(np.linalg.det(R) - 1).max()),
+        np.abs(R[:, :, 2] - gradient / size[:, None]).max(),
+        np.abs(np.linalg.norm(np.diff(r, axis=0), axis=-1) / chord - 1).max(),
+    )
+    return dict(zip(BOUNDS, map(float, errors), strict=True))

@@ -29,19 +29,23 @@ def formulas(at: Levels, order: int, t: real, result: Scalars1D):
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
-def test_a_formula_is_exact_for_polynomials_of_its_order(device, order):
+def test_a_formula_is_exact_for_polynomials_of_its_order(device, order, verified):
     result = wp.zeros(3 * LEVELS + 2, dtype=wp.float64, device=device)
     wp.launch(formulas, dim=1, inputs=[Levels(*TIMES), order, END, result], device=device)
     value, slope, higher = result.numpy()[: 3 * LEVELS].reshape(3, LEVELS)
     rate, scale = result.numpy()[3 * LEVELS :]
-    at = np.array(TIMES)
+    at, errors = np.array(TIMES), []
     for degree in range(order + 1):
         x = at**degree
         derivative = degree * END ** max(degree - 1, 0)
-        assert rate * (END**degree - value @ x) + slope @ x == pytest.approx(derivative, rel=1e-11)
+        errors.append(abs(rate * (END**degree - value @ x) + slope @ x - derivative) / max(derivative, 1))
         assert higher @ x == pytest.approx(END**degree, rel=1e-11)
         if degree < order:
             assert value @ x == pytest.approx(END**degree, rel=1e-11)
+    verified.below(
+        "exact", f"backward formula of order {order} at uneven times: slopes of monomials up to it", measured=errors,
+        bound=1e-11, reference="exact derivatives",
+    )  # fmt: skip
     # The first monomial that the formula misses: the x that solves "formula = exact slope" differs from the exact one.
     x, exact = at ** (order + 1), END ** (order + 1)
     found = value @ x + ((order + 1) * END**order - slope @ x) / rate
@@ -65,7 +69,7 @@ def rates(t):
     return omega, np.array([np.cos(t), 0.3 * t * t, np.sin(4 * t)])
 
 
-def test_frames_are_carried_with_fourth_order(device):
+def test_frames_are_carried_with_fourth_order(device, verified):
     def motion(t, y):
         omega, u = rates(t)
         R = y[:9].reshape(3, 3)
@@ -85,4 +89,7 @@ def test_frames_are_carried_with_fourth_order(device):
             roll = wp.array(np.ascontiguousarray(omega[..., 0]), dtype=wp.float64, device=device)
             wp.launch(carry, dim=1, inputs=[*arrays, roll, Levels(*at), R, r], device=device)
         errors.append(abs(np.r_[R.numpy().ravel(), r.numpy()] - exact).max())
-    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-4, abs=0.3)
+    verified.order(
+        "Magnus steps of a frame", measured=-np.polyfit(np.log(counts), np.log(errors), 1)[0], expected=4, within=0.3,
+        reference="SciPy's `solve_ivp`, rtol = 1e-12",
+    )  # fmt: skip

@@ -50,7 +50,7 @@ def slope(h, error) -> float:
     return float(np.polyfit(np.log(h), np.log(error), 1)[0])
 
 
-def test_the_spline_and_its_derivatives_agree_with_scipy(tmp_path):
+def test_the_spline_and_its_derivatives_agree_with_scipy(tmp_path, verified):
     rng = np.random.default_rng(1)
     values, h = rng.normal(size=(9, 11, 10)), np.array([0.1, 0.2, 0.3])
     np.save(tmp_path / "phi.npy", values)
@@ -60,7 +60,10 @@ def test_the_spline_and_its_derivatives_agree_with_scipy(tmp_path):
     u = rng.uniform(-PAD - 5, 30, size=(200, 3))  # also beyond the ends
     x = np.array([1.0, -1.0, 0.5]) + u * h
     expected = ndimage.map_coordinates(coefficients, (u + PAD).T, order=3, mode="mirror", prefilter=False)
-    np.testing.assert_allclose(surface.phi(x), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    verified.below(
+        "independent", "cubic spline of a grid: φ, relative", reference="SciPy's `map_coordinates`", bound=1e-12,
+        measured=np.abs(surface.phi(x) - expected).max() / np.abs(expected).max(),
+    )  # fmt: skip
 
     u = rng.uniform(0, 7, size=(200, 3))
     x = np.array([1.0, -1.0, 0.5]) + u * h
@@ -83,7 +86,7 @@ def test_the_spline_and_its_derivatives_agree_with_scipy(tmp_path):
 
 
 @pytest.mark.parametrize("kind", RADII)
-def test_gaussian_curvature_is_of_second_order(kind, tmp_path):
+def test_gaussian_curvature_is_of_second_order(kind, tmp_path, verified):
     exact = surfaces.make("ellipsoid", {"radii": list(RADII[kind])})
     error, spacing = [], []
     for count in (41, 61, 81, 121):
@@ -93,7 +96,8 @@ def test_gaussian_curvature_is_of_second_order(kind, tmp_path):
         points = surface.project(directions() * RADII[kind])
         error.append(np.abs(surface.gaussian_curvature(points) - exact.gaussian_curvature(exact.project(points))).max())
         spacing.append(h)
-    assert slope(spacing, error) == pytest.approx(2.0, abs=0.2)
+    name = f"{kind} on a grid: order of the Gaussian curvature in the spacing"
+    verified.order(name, measured=slope(spacing, error), reference="closed form")
     assert error[-1] < 3e-3
 
 
@@ -106,14 +110,17 @@ def moved(surface: surfaces.Surface, device: str) -> np.ndarray:
 
 
 @pytest.mark.long
-def test_filaments_move_as_on_the_built_in_sphere_to_second_order(tmp_path, device):
+def test_filaments_move_as_on_the_built_in_sphere_to_second_order(tmp_path, device, verified):
     exact = moved(surfaces.make("sphere", {"radius": 1.0}), device)
     error, spacing = [], []
     for count in (41, 61, 81, 121):
         x, h = nodes(count)
         error.append(np.abs(moved(from_array(tmp_path, distance(x), h), device) - exact).max())
         spacing.append(h)
-    assert slope(spacing, error) == pytest.approx(2.0, abs=0.2)
+    verified.order(
+        "filaments on a sphere from a grid: order in the spacing", measured=slope(spacing, error),
+        reference="the built-in sphere",
+    )  # fmt: skip
     assert error[-1] < 1e-4
 
 
@@ -159,7 +166,7 @@ def test_a_closed_mesh_gives_its_surface(suffix, tmp_path):
     assert np.abs(surface.gaussian_curvature(points) - 1).max() < 0.06
 
 
-def test_the_red_blood_cell_has_the_shape_of_its_formula():
+def test_the_red_blood_cell_has_the_shape_of_its_formula(verified):
     """The profile of Evans and Fung, within a fifth of a grid spacing."""
     scene = Scene.load(SCENES / "real_shape.toml")
     assert Scene.parse(scene.to_toml()) == scene
@@ -168,7 +175,10 @@ def test_the_red_blood_cell_has_the_shape_of_its_formula():
     q = np.sin(angle) ** 2
     profile = 3.91 / 2 * np.cos(angle) * (0.207161 + 2.002558 * q - 1.122762 * q**2)
     x = np.stack([3.91 * np.sin(angle), 0 * q, profile], axis=-1)
-    assert np.linalg.norm(surface.project(x) - x, axis=-1).max() < 0.2 * 0.1
+    verified.below(
+        "published", "red blood cell from its mesh: distance from the profile, in grid spacings",
+        measured=np.linalg.norm(surface.project(x) - x, axis=-1) / 0.1, bound=0.2, reference="Evans and Fung 1972",
+    )  # fmt: skip
 
 
 def wrong_files(folder: Path) -> dict[str, Path]:

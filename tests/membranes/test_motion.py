@@ -51,7 +51,7 @@ MOVING = {
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_the_normal_velocity_of_a_moving_membrane_is_exact(kind):
+def test_the_normal_velocity_of_a_moving_membrane_is_exact(kind, verified):
     """V = −∂tφ/|∇φ| and V_1 = q1·∇V at all nodes, at a time when everything moves."""
     surface, time = surfaces.make(kind, MOVING[kind]), 0.1
     rods = BoundRods(surface, [[0.8, 0.3, 0.2]], [[0.1, 0.4, 1.0]], nodes=17, length=0.4)
@@ -67,6 +67,9 @@ def test_the_normal_velocity_of_a_moving_membrane_is_exact(kind):
     places = [now | dict(zip(x, point, strict=True)) for point in rods.position[0]]
     exact = np.array([[part.subs(place).evalf() for place in places] for part in parts], dtype=float)
     f = rods._arrays.f
-    np.testing.assert_allclose(f.normal_velocity.numpy()[0], exact[0], rtol=1e-11)
+    verified(
+        "independent", f"moving {kind}: normal velocity", measured=f.normal_velocity.numpy()[0], expected=exact[0],
+        relative=1e-11, reference="−∂tφ/|∇φ| by SymPy",
+    )  # fmt: skip
     across = rods.rotation[0, :, :, 1]
     np.testing.assert_allclose(f.normal_velocity_slope.numpy()[0], np.sum(across.T * exact[1:], axis=0), atol=1e-10)

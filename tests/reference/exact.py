@@ -12,19 +12,19 @@ AIRY_STIFFNESSES = np.array(
 """Roots of (4.45) and (4.47), alternating, to six digits."""
 
 CRITICAL_BEND_TANH = 1.06153e-2
-"""First critical stiffness of the linear operator with f = −tanh 10s."""
+"""First critical stiffness of the linear operator with f = −tanh 10s (straight_rod.py)."""
 
 CRITICAL_BEND_BEAM_MODE = 1.0154e-2
-"""Stiffness at which beam mode 0 neither grows nor decays under f = −tanh 10s."""
+"""Stiffness at which beam mode 0 neither grows nor decays under f = −tanh 10s (straight_rod.py)."""
 
 STEADY_U = {5e-3: (3.022, 0.4885), 1e-3: (3.936, 0.6406)}
-"""β⊥ → (a₀, |U|) of the steady U-swimmer, extrapolated in the grid spacing."""
+"""β⊥ → (a₀, |U|) of the steady U-swimmer (steady_u.py)."""
 
 SADDLE_NODE = 8.876e-3
-"""β⊥ at which the U branch ends."""
+"""β⊥ at which the U branch ends (steady_u.py)."""
 
 HOPF = 1.456e-4
-"""β⊥ at which the U becomes unstable to waving."""
+"""β⊥ at which the U becomes unstable to waving (waving.py)."""
 
 BRIDGE_BUCKLING_LENGTH = 0.849
 """Length at which a filament clamped along the waist of ρ = 0.4 + 0.6(1 − exp −z²) becomes unstable.

@@ -28,7 +28,7 @@ def height(rods) -> float:
 
 
 @pytest.mark.parametrize("make", [free, bound])
-def test_a_force_holds_in_steps_by_error(make):
+def test_a_force_holds_in_steps_by_error(make, verified):
     """A straight rod moves at F/ζ⊥; the force of the last steps is not extrapolated beyond them."""
     rods = make()
     rods.force = [0.0, 1.0, 0.0]
@@ -36,7 +36,10 @@ def test_a_force_holds_in_steps_by_error(make):
     rods.force = [0.0, 1.1, 0.0]
     rods.step(1e-3, 1)
     rods.advance_to(1.0)
-    assert height(rods) == pytest.approx((0.005 + 0.995 * 1.1) / ZETA, abs=1e-4)
+    verified(
+        "exact", f"{make.__name__} rod under a force that changes once: path", measured=height(rods),
+        expected=(0.005 + 0.995 * 1.1) / ZETA, within=1e-4, reference="∫F dt/ζ⊥",
+    )  # fmt: skip
     assert rods.power[0] == pytest.approx(1.1**2 / ZETA, rel=1e-9)
 
 
@@ -54,7 +57,7 @@ def test_a_force_that_ends_does_not_act_backwards(make):
 
 
 @pytest.mark.parametrize("make", [free, bound])
-def test_a_force_that_changes_from_step_to_step_keeps_second_order(make):
+def test_a_force_that_changes_from_step_to_step_keeps_second_order(make, verified):
     errors = []
     for count in (25, 50, 100):
         rods = make()
@@ -62,7 +65,10 @@ def test_a_force_that_changes_from_step_to_step_keeps_second_order(make):
             rods.force = [0.0, np.sin(3 * k / count), 0.0]
             rods.step(1 / count)
         errors.append(abs(height(rods) - (1 - np.cos(3)) / 3 / ZETA))
-    assert -np.polyfit(np.log([25, 50, 100]), np.log(errors), 1)[0] == pytest.approx(2, abs=0.2), errors
+    verified.order(
+        f"{make.__name__} rod under a force set at each step: order in Δt",
+        measured=-np.polyfit(np.log([25, 50, 100]), np.log(errors), 1)[0], reference="(1 − cos 3)/3ζ⊥ for sin 3t",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["swimmers", "filaments"])

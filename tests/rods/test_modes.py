@@ -12,17 +12,22 @@ def gauss(points: int):
     return nodes / 2, weights / 2
 
 
-def test_roots_solve_the_characteristic_equation():
+def test_roots_solve_the_characteristic_equation(verified):
     ours = [modes.beam_root(k) for k in range(8)]
-    np.testing.assert_allclose(ours, exact.beam_roots(8), rtol=1e-12)
+    verified(
+        "exact", "roots x_k of beam modes, eight", measured=ours, expected=exact.beam_roots(8), relative=1e-12,
+        reference="cos x cosh x = 1, by bisection",
+    )  # fmt: skip
     assert abs(ours[0] - 4.730040744862704) < 1e-14
 
 
 @pytest.mark.parametrize("family", [modes.beam_mode, modes.harmonic])
-def test_orthonormal_up_to_mode_50(family):
+def test_orthonormal_up_to_mode_50(family, verified):
     s, weights = gauss(120)
     table = np.array([family(k, s) for k in range(51)])
-    np.testing.assert_allclose((table * weights) @ table.T, np.eye(51), atol=1e-12)
+    error = np.abs((table * weights) @ table.T - np.eye(51)).max()
+    name = f"orthonormality of 51 {family.__name__.replace('_', ' ')}s"
+    verified.below("exact", name, measured=error, bound=1e-12, reference="∫ φ_j φ_k ds = δ_jk by Gauss' rule")
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 7, 24, 50])
@@ -68,7 +73,7 @@ def test_coefficients_of_a_batch_are_the_amplitudes_it_was_made_of():
     np.testing.assert_allclose(modes.harmonic_coefficients(twist, s, 6), amplitudes, atol=1e-12)
 
 
-def test_order_of_the_quadrature():
+def test_order_of_the_quadrature(verified):
     """∫cos(πs) φ₀ ds = 2π φ₀''(½)/(x⁴ − π⁴), by parts; fourth order, because φ₀ has double zeros at the ends."""
     x = modes.beam_root(0)
     exact_value = 2 * np.pi * modes.beam_mode_derivative(0, 0.5, 2) / (x**4 - np.pi**4)
@@ -78,7 +83,9 @@ def test_order_of_the_quadrature():
         s = np.linspace(-0.5, 0.5, n)
         errors.append(abs(modes.coefficients(np.cos(np.pi * s), s, 1)[0] - exact_value))
     slope = np.polyfit(np.log(nodes - 1), np.log(errors), 1)[0]
-    assert abs(slope + 4) < 0.2
+    verified.order(
+        "coefficients of beam modes: order of the quadrature", measured=-slope, expected=4, reference="∫ cos πs φ₀ ds"
+    )
 
 
 def test_negative_mode_is_refused():

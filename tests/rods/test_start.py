@@ -59,10 +59,19 @@ def errors_of(make, lengths=LENGTHS, end=END, before=None) -> dict[str, list[flo
     return errors
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_filaments_keep_second_order_on_rough_starts(start):
+SHORT = {"high modes", "bent on a plane", "growing"}
+"""The others are long checks."""
+
+
+@pytest.mark.parametrize(
+    "start", [pytest.param(start, marks=[] if start in SHORT else [pytest.mark.long]) for start in STARTS]
+)
+def test_filaments_keep_second_order_on_rough_starts(start, verified):
     errors = errors_of(STARTS[start])
-    assert slope(1 / LENGTHS, errors["position"]) == ORDER, errors
+    verified.order(
+        f"filament, rough start ({start}): order in Δt", measured=slope(1 / LENGTHS, errors["position"]),
+        reference="steps by error, 1e-9",
+    )  # fmt: skip
     assert errors["position"][-1] < 3e-6
 
 
@@ -75,10 +84,12 @@ def rough(**given) -> FreeRods:
 
 
 @pytest.mark.parametrize("twist", [1e-3, 1e-1])
-def test_free_rods_keep_second_order_on_rough_starts(twist):
+def test_free_rods_keep_second_order_on_rough_starts(twist, verified):
     errors = errors_of(lambda: rough(twist=twist))
-    for name in errors:
-        assert slope(1 / LENGTHS, errors[name]) == ORDER, (name, errors)
+    verified.order(
+        f"swimmer, rough start, β∥ = {twist:g}: order in Δt of places and strains",
+        measured=[slope(1 / LENGTHS, errors[name]) for name in errors], reference="steps by error, 1e-9",
+    )  # fmt: skip
 
 
 def test_the_place_at_the_end_of_a_rough_start_does_not_depend_on_the_number_of_steps():

@@ -15,7 +15,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.resolution import MOST_CHOSEN
 from warp_rods.simulation.samples import samples_of
-from warp_rods.theory.steady import Swimmer
+from warp_rods.theory.steady import Swimmer, settled
 
 MODE = {"kind": "mode", "mode": 0, "amplitude": 3.0}
 SWIMMER = {"name": "c", "count": 1, "nodes": "auto", "bend": 5e-3, "twist": 1e-3, "shape": MODE}
@@ -224,25 +224,34 @@ def waving(count: int) -> np.ndarray:
 
 
 @pytest.mark.long
-def test_a_waving_swimmer_is_right_to_one_per_cent():
+def test_a_waving_swimmer_is_right_to_one_per_cent(verified):
     chosen = nodes(swimmers(bend=1.3e-4, symmetric=True))
     found, exact = waving(chosen), waving(4 * chosen - 3)
-    np.testing.assert_allclose(found, exact, rtol=0.01)
+    verified(
+        "independent", f"waving swimmer with {chosen} nodes, the number chosen: bending, period, speed", measured=found,
+        expected=exact, relative=0.01, reference=f"{4 * chosen - 3} nodes",
+    )  # fmt: skip
     assert abs(waving(65)[1] / exact[1] - 1) > 0.015
 
 
-def test_a_steady_swimmer_needs_far_fewer_nodes_and_is_right_to_one_per_cent():
+def test_a_steady_swimmer_needs_far_fewer_nodes_and_is_right_to_one_per_cent(verified):
     chosen = nodes(swimmers())
     assert chosen < 33
     found = FreeRods(1, chosen, bend=5e-3, twist=1e-3, symmetric=True, shape=MODE)
     found.advance_to(7.0, 1e-6 / found.step_tolerance)
     before = found.position[0, chosen // 2]
     found.advance_to(8.0, 1e-6 / found.step_tolerance)
-    assert np.linalg.norm(found.position[0, chosen // 2] - before) == pytest.approx(0.4885, rel=0.01)
-    assert np.sqrt((found.strain[0, :-1, 2] ** 2).mean()) == pytest.approx(3.0413, rel=0.01)
+    speed = np.linalg.norm(found.position[0, chosen // 2] - before)
+    bending = np.sqrt((found.strain[0, :-1, 2] ** 2).mean())
+    fine = settled(Swimmer(129, {"bend": 5e-3, "twist": 1e-3}, symmetric=True), MODE)
+    verified(
+        "independent", f"steady swimmer with {chosen} nodes, the number chosen: speed and bending",
+        measured=[speed, bending], expected=[fine.speed, np.sqrt((fine.curvature[:-1] ** 2).mean())], relative=0.01,
+        reference="Newton's method, 129 nodes",
+    )  # fmt: skip
 
 
-def test_a_filament_is_right_to_one_per_cent():
+def test_a_filament_is_right_to_one_per_cent(verified):
     """On a torus, where it moves by more than its length."""
     torus = {"kind": "torus", "major": 1.0, "minor": 0.4}
     given = {"length": 1.2, "stiffness": [0.6, 0.9, 1.1], "intrinsic": [0.5, 0.8, 0.0], "drag": [1.0, 2.0, 0.3]}
@@ -253,5 +262,8 @@ def test_a_filament_is_right_to_one_per_cent():
         rods = BoundRods(surface, [[1.4, 0, 0]], [[0, 1, 0.6]], nodes=count, **given)
         rods.advance_to(3.0, 1e-6 / rods.step_tolerance)
         found[count] = rods.position[0, :: (count - 1) // (chosen - 1)]
-    error = np.linalg.norm(found[chosen] - found[4 * chosen - 3], axis=-1).max()
-    assert error < 0.01 * 1.2
+    verified.below(
+        "independent", f"filament with {chosen} nodes, the number chosen: error of places over the length",
+        measured=np.linalg.norm(found[chosen] - found[4 * chosen - 3], axis=-1) / 1.2, bound=0.01,
+        reference=f"{4 * chosen - 3} nodes",
+    )  # fmt: skip

@@ -4,9 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference.exact import cylinder_angles
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from warp_rods.analysis.crossings import crossings
+from warp_rods.membranes import surfaces
+from warp_rods.membranes.mesh import area_mean, curvatures, triangulate
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 
@@ -49,16 +53,37 @@ def closest_approach(position: np.ndarray) -> float:
 
 
 @pytest.mark.long
-def test_convex_sensors_find_the_bulbs(tmp_path):
-    """⟨𝒦⟩ rises from 1.3 to 2, all end at 𝒦 > 0, and stay on the membrane with their lengths (docs/model.md §7)."""
+def test_convex_sensors_find_the_bulbs(tmp_path, verified):
+    """All end at 𝒦 > 0, and stay on the membrane with their lengths (docs/model.md §7).
+
+    ⟨𝒦⟩ begins at the mean over the area, and ends near the largest at which −K11 of both principal directions, or their
+    mean, is σ2 = 1.5.
+    """
     data = runner.simulate(SCENES / "proteins.toml", tmp_path / "run", device="cpu").data["sensors"].to_dataset()
-    assert float(data.gauss[0].mean()) == pytest.approx(1.3, abs=0.2)
-    assert float(data.gauss[-1].mean()) == pytest.approx(2.0, abs=0.1)
-    assert (data.gauss[-1] > 0).all()
+    membrane = surfaces.make("cassini", Scene.load(SCENES / "proteins.toml").surface.parameters)
+    mesh = triangulate(membrane, 64)
+    gauss = curvatures(membrane, mesh.points).gaussian
+    mean = area_mean(mesh, gauss)
+    spread = np.sqrt(area_mean(mesh, gauss**2) - mean**2) / np.sqrt(data.sizes["rod"])
+    verified(
+        "independent", "sensors with σ2 > 0 at the start: ⟨𝒦⟩", measured=float(data.gauss[0].mean()), expected=mean,
+        within=3.3 * spread, reference="mean over the area, 3.3 standard errors",
+    )  # fmt: skip
+    verified(
+        "published", "sensors with σ2 > 0 at the end: share at 𝒦 > 0", measured=float((data.gauss[-1] > 0).mean()),
+        expected=1, within=0, reference="dissertation §5: they find positive curvature",
+    )  # fmt: skip
+    assert float(data.gauss[-1].mean()) > float(data.gauss[0].mean()) + 3.3 * spread
     assert (data.status == 0).all()
-    assert float(data.constraint.max()) < 1e-9
-    assert float(data.orthogonality.max()) < 1e-15
-    assert float(data.arc_length.max()) < 1e-9
+    R = Rotation.from_quat(data.orientation[-1].to_numpy().reshape(-1, 4)).as_matrix()
+    x = data.position[-1].to_numpy().reshape(-1, 3)
+    normal = membrane.gradient(x) / np.linalg.norm(membrane.gradient(x), axis=-1, keepdims=True)
+    for name, error, bound in (
+        ("|φ|/|∇φ|", float(data.constraint.max()), 1e-9),
+        ("saved normals against ∇φ/|∇φ|, single precision", np.abs(R[:, :, 2] - normal).max(), 2e-6),
+        ("relative error of the lengths of segments", float(data.arc_length.max()), 1e-9),
+    ):
+        verified.below("constraint", f"100 proteins: {name}", measured=error, bound=bound, reference="0, whole run")
     total = (data.energy + data.steric_energy).sum("rod")
     assert (total.diff("frame") < 1e-6 * total[0]).all()
     assert (
@@ -67,23 +92,44 @@ def test_convex_sensors_find_the_bulbs(tmp_path):
 
 
 @pytest.mark.long
-def test_concave_sensors_find_the_neck(tmp_path):
+def test_concave_sensors_find_the_neck(tmp_path, verified):
     data = runner.simulate(shortened("proteins_negative.toml", 1.5, 0.05), tmp_path / "run", device="cpu").data
-    assert (data["sensors"]["gauss"][-1] < 0).all()
+    verified(
+        "published", "sensors with σ2 < 0 at the end: share at 𝒦 < 0",
+        measured=float((data["sensors"]["gauss"][-1] < 0).mean()), expected=1, within=0,
+        reference="dissertation §5: they find negative curvature",
+    )  # fmt: skip
 
 
 @pytest.mark.long
-def test_twist_selects_the_hand_of_a_helix(tmp_path):
+def test_twist_selects_the_hand_of_a_helix(tmp_path, verified):
     data = runner.simulate(SCENES / "helix_on_cylinder.toml", tmp_path / "run", device="cpu").data
     right, left = (data[name]["strain"][-1, :, :, 0].to_numpy() for name in ("right", "left"))
+    table = Scene.load(SCENES / "helix_on_cylinder.toml")
+    radius, expected = table.surface.parameters["radius"], []
+    for filaments in table.filaments:
+        angle = cylinder_angles(filaments.stiffness, filaments.intrinsic, radius)[0]
+        expected.append(np.sin(2 * angle) / (2 * radius))
+    ours = dict(zip((f.name for f in table.filaments), expected, strict=True))
+    verified(
+        "exact", "helices on a cylinder: twist of both hands", measured=[right.mean(), left.mean()],
+        expected=[ours["right"], ours["left"]], relative=1e-2,
+        reference="the angle of least energy; its sign is that of σ1",
+    )  # fmt: skip
     assert (right > 0.1).all() and (left < -0.1).all()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("name", "passes"), [("self_contact.toml", False), ("self_crossing.toml", True)])
-def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, passes, tmp_path):
+def test_a_soft_cell_passes_through_itself_only_without_steric_forces(name, passes, tmp_path, verified):
     data = runner.simulate(SCENES / name, tmp_path / "run", device="cpu").data["cell"].to_dataset()
-    assert bool(crossings(data).crossings.sum() > 0) == passes
+    found = int(crossings(data).crossings.sum())
+    assert (found > 0) == passes
+    if not passes:
+        verified(
+            "constraint", "soft cell with steric forces: crossings of itself", measured=found, expected=0, within=0,
+            reference="it passes through itself without",
+        )  # fmt: skip
     assert (data.steric_energy.max() > 5e-4) != passes
 
 

@@ -47,7 +47,7 @@ def same(data, other) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_run_by_error_resumes_with_the_same_bits(name, tmp_path, monkeypatch):
+def test_a_run_by_error_resumes_with_the_same_bits(name, tmp_path, monkeypatch, verified):
     """Stopped at a frame and resumed, with a hook at odd times in one of the two parts only."""
     monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
     seen = []
@@ -63,6 +63,11 @@ def test_a_run_by_error_resumes_with_the_same_bits(name, tmp_path, monkeypatch):
     resumed = runner.simulate(scene(name), tmp_path / "run", device="cpu", resume=True)
     assert resumed.data.sizes == whole.data.sizes and resumed.data.attrs["step"] == "chosen by error"
     same(resumed.data, whole.data)
+    saved = [
+        {f"{one}/{label}": v.to_numpy() for one, group in data.children.items() for label, v in group.items()}
+        for data in (resumed.data, whole.data)
+    ]
+    verified.same(f"run by error, stopped and resumed: {name}", *saved, reference="a run without a stop")
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -29,18 +29,24 @@ def test_the_published_length_is_that_of_the_energys_second_variation():
     assert pytest.approx(BRIDGE_BUCKLING_LENGTH, abs=5e-4) == EXACT
 
 
-def test_critical_length_is_exact_to_second_order():
+def test_critical_length_is_exact_to_second_order(verified):
     cells = np.array([32, 48, 96])
     found = np.array([buckling.critical_length(on_hoop(n + 1), (0.7, 1.0)) for n in cells])
-    assert -np.polyfit(np.log(cells), np.log(np.abs(found - EXACT)), 1)[0] == pytest.approx(2.0, abs=0.2)
-    assert (4 * found[2] - found[1]) / 3 == pytest.approx(EXACT, rel=1e-4)
+    verified.order(
+        "critical length on the hoop: order in Δs",
+        measured=-np.polyfit(np.log(cells), np.log(np.abs(found - EXACT)), 1)[0], reference="closed form",
+    )  # fmt: skip
+    verified(
+        "exact", "critical length on the hoop of a bridge, extrapolated", measured=(4 * found[2] - found[1]) / 3,
+        expected=EXACT, relative=1e-4, reference="second variation of the energy, root of a determinant",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("stiffness", "normal_curvature"),
     [((1.0, 1.0, 0.5), 1.0), ((3.0, 1.0, 0.1), 1.0), ((1.0, 1.0, 0.1), 2.0), ((0.1, 1.0, 0.1), 1.0)],
 )
-def test_critical_lengths_of_other_filaments(stiffness, normal_curvature):
+def test_critical_lengths_of_other_filaments(stiffness, normal_curvature, verified):
     exact = hoop_buckling_length(0.4, 1.2, stiffness, normal_curvature)
     coarse, fine = (
         buckling.critical_length(
@@ -48,18 +54,24 @@ def test_critical_lengths_of_other_filaments(stiffness, normal_curvature):
         )
         for nodes in (49, 97)
     )
-    assert (4 * fine - coarse) / 3 == pytest.approx(exact, rel=4e-3)
+    verified(
+        "exact", f"critical length on the hoop, B = {stiffness}, σ2 = {normal_curvature:g}",
+        measured=(4 * fine - coarse) / 3, expected=exact, relative=4e-3, reference="second variation of the energy",
+    )  # fmt: skip
 
 
-def test_a_cantilever_on_the_plane_has_the_spectrum_of_a_beam():
+def test_a_cantilever_on_the_plane_has_the_spectrum_of_a_beam(verified):
     plane = Clamped(surfaces.make("plane", {}), [0, 0, 0], [1, 0, 0], 65, {"drag": (1.0, 2.0, 0.0)})
     exact = -0.5 * (np.array([1.87510407, 4.69409113]) / 0.8) ** 4
     found = np.sort(np.linalg.eigvals(buckling.linearise(plane, 0.8)[1]).real)[::-1]
-    np.testing.assert_allclose(found[:2], exact, rtol=3e-3)
+    verified(
+        "exact", "spectrum of a cantilever on the plane, N = 64", measured=found[:2], expected=exact, relative=3e-3,
+        reference="−(B3/ζ⊥)(x/L)⁴, cos x cosh x = −1",
+    )  # fmt: skip
     assert buckling.growth_rate(plane, 0.8) == found[0]
 
 
-def test_growing_filaments_leave_the_hoop_at_the_critical_length():
+def test_growing_filaments_leave_the_hoop_at_the_critical_length(verified):
     """A small deflection has its minimum at that length, up to an error of first order in the rate of growth."""
     nodes, rates = 33, [0.04, 0.02, 0.01]
     deflected = 1e-5 * np.linspace(1, 0, nodes) ** 2
@@ -75,8 +87,14 @@ def test_growing_filaments_leave_the_hoop_at_the_critical_length():
     leaving = [minimum(*pair) for pair in zip(np.transpose(lengths), np.transpose(deflections), strict=True)]
     critical = buckling.critical_length(on_hoop(nodes), (0.7, 1.0))
     delays = np.abs(np.array(leaving) - critical)
-    assert np.polyfit(np.log(rates), np.log(delays), 1)[0] == pytest.approx(1.0, abs=0.05)
-    assert 2 * leaving[2] - leaving[1] == pytest.approx(critical, abs=1e-5)
+    verified.order(
+        "growing filament leaves the hoop: order of its delay in the rate of growth",
+        measured=np.polyfit(np.log(rates), np.log(delays), 1)[0], expected=1, within=0.05, reference="critical length",
+    )  # fmt: skip
+    verified(
+        "independent", "length at which a growing filament leaves the hoop, rate → 0",
+        measured=2 * leaving[2] - leaving[1], expected=critical, within=1e-5, reference="linear theory, same grid",
+    )  # fmt: skip
 
 
 def minimum(lengths: np.ndarray, deflections: np.ndarray) -> float:
@@ -88,13 +106,17 @@ def minimum(lengths: np.ndarray, deflections: np.ndarray) -> float:
     return guess + min(slope.roots.real, key=abs)
 
 
-def test_relaxation_and_time_stepping_find_the_same_equilibrium():
+def test_relaxation_and_time_stepping_find_the_same_equilibrium(verified):
     filament, length = on_hoop(33), 1.0
     start = np.linspace(-0.3, 0.0, 33)[:-1]
     rest = buckling.equilibrium(filament, length, start)
     rods = filament.filaments(length, start[None])
     rods.step(4e-3, 4000)
-    np.testing.assert_allclose(rods.strain[0, :-1, 2], rest, atol=1e-6)
+    verified.below(
+        "independent", "buckled filament at rest by time steps: Ω",
+        measured=np.abs(rods.strain[0, :-1, 2] - rest).max(), bound=1e-6,
+        reference="Newton's method (`buckling.equilibrium`)",
+    )  # fmt: skip
     assert np.abs(rest).max() > 1.0
     assert buckling.growth_rate(filament, length, rest) < 0 < buckling.growth_rate(filament, length)
 

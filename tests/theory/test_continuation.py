@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from examples.free import slope
+from reference import waving
+from reference.steady_u import fold
 from test_steady import ROTATING
 
 from warp_rods.errors import SceneError
@@ -24,28 +26,40 @@ def limit(values):
 
 
 @pytest.mark.long
-def test_the_u_ends_in_a_fold():
-    """At 8.876e-3 (independent solver), second order in Δs. After the fold the branch is unstable and turns back."""
+def test_the_u_ends_in_a_fold(verified):
+    """At 8.876e-3, second order in Δs. After the fold the branch is unstable and turns back."""
     branches = [follow(u_swimmer(nodes, 8e-3), "bend", 7.9e-3, 1e-2) for nodes in (33, 65, 129)]
     folds = [branch.of_kind("fold")[0].value for branch in branches]
-    assert limit(folds[1:]) == pytest.approx(8.876e-3, rel=1e-4)
-    assert slope([32, 64], np.abs(np.diff(folds))) == pytest.approx(2.0, abs=0.2)
-    for branch, fold in zip(branches, folds, strict=True):
+    verified(
+        "published", "stiffness at which the U ends, by continuation", measured=limit(folds[1:]), expected=fold(),
+        relative=1e-5,
+        reference="`solve_bvp` (tests/reference/steady_u.py); the dissertation prints 9.1e-3, 2.5 % more",
+    )  # fmt: skip
+    verified.order(
+        "stiffness at which the U ends: order in Δs", measured=slope([32, 64], np.abs(np.diff(folds))),
+        reference="N = 32, 64, 128",
+    )  # fmt: skip
+    for branch, last in zip(branches, folds, strict=True):
         assert [found.kind for found in branch.bifurcations] == ["fold"]
-        assert branch.values.max() <= fold
+        assert branch.values.max() <= last
         assert branch.values[-1] == pytest.approx(7.9e-3, rel=1e-12)
         end = branch.values.argmax()
         assert branch.stable[:end].all()
         assert not branch.stable[end + 1 :].any()
 
 
-def test_the_u_starts_to_wave_at_a_hopf_bifurcation():
-    """At 1.456e-4 (independent solver), second order in Δs; the frequency is that of the leading eigenvalue."""
+@pytest.mark.long
+def test_the_u_starts_to_wave_at_a_hopf_bifurcation(verified):
+    """At 1.456e-4, second order in Δs; the frequency is that of the leading eigenvalue."""
     hopfs = [
         follow(u_swimmer(nodes, 1.7e-4), "bend", 1.4e-4, 1.7e-4, upwards=False).of_kind("Hopf")[0]
         for nodes in (65, 129)
     ]
-    assert limit([hopf.value for hopf in hopfs]) == pytest.approx(1.456e-4, rel=5e-4)
+    verified(
+        "independent", "stiffness at which the U starts to wave, by continuation",
+        measured=limit([hopf.value for hopf in hopfs]), expected=waving.hopf(),
+        relative=1e-4, reference="Galerkin method in the material frame (tests/reference/waving.py)",
+    )  # fmt: skip
     for hopf in hopfs:
         leading = hopf.shape.eigenvalues(1)[0]
         assert abs(leading.real) < 1e-5
@@ -64,7 +78,7 @@ def planar_u():
 
 
 @pytest.mark.parametrize("unstable", [planar_u, twisted_u])
-def test_a_simulation_grows_at_the_rate_of_the_eigenvalue(unstable):
+def test_a_simulation_grows_at_the_rate_of_the_eigenvalue(unstable, verified):
     """Beyond the Hopf point any small perturbation makes a₀ − a₀* oscillate at Im μ and grow at Re μ."""
     u = unstable()
     leading = u.eigenvalues(1)[0]
@@ -81,11 +95,18 @@ def test_a_simulation_grows_at_the_rate_of_the_eigenvalue(unstable):
     x = np.array(oscillation)
     p, q = np.linalg.lstsq(np.stack([x[1:-1], x[:-2]], axis=1), x[2:], rcond=None)[0]
     rate = np.log(np.roots([1.0, -p, -q])[0]) / 5e-2
-    assert rate.real == pytest.approx(leading.real, rel=0.01)
-    assert abs(rate.imag) == pytest.approx(abs(leading.imag), rel=0.001)
+    name = f"{'planar' if u.swimmer.planar else 'twisted'} U beyond its Hopf point, by time steps"
+    verified(
+        "independent", f"{name}: growth rate", measured=rate.real, expected=leading.real, relative=0.01,
+        reference="Re μ of the Jacobian",
+    )  # fmt: skip
+    verified(
+        "independent", f"{name}: angular frequency", measured=abs(rate.imag), expected=abs(leading.imag),
+        relative=0.001, reference="Im μ of the Jacobian",
+    )  # fmt: skip
 
 
-def test_a_straight_rod_buckles_where_linear_theory_predicts():
+def test_a_straight_rod_buckles_where_linear_theory_predicts(verified):
     """At branch points, with f = −tanh 10s held fixed; second order in Δs."""
     exact, found = stability.marginal_stiffnesses(2), []
     for nodes in (33, 65):
@@ -96,12 +117,14 @@ def test_a_straight_rod_buckles_where_linear_theory_predicts():
         assert [b.kind for b in branch.bifurcations] == ["branch point"] * 2
         found.append([b.value for b in branch.bifurcations])
     errors = np.abs(np.array(found) - exact)
-    for mode in range(2):
-        assert slope([32, 64], errors[:, mode]) == pytest.approx(2.0, abs=0.2)
+    verified.order(
+        "stiffnesses at which a straight rod buckles, by continuation: order in Δs",
+        measured=[slope([32, 64], errors[:, mode]) for mode in range(2)], reference="eigenvalues 0 of (4.37)",
+    )  # fmt: skip
 
 
 @pytest.mark.long
-def test_a_rotating_shape_is_followed_to_its_mirror_image():
+def test_a_rotating_shape_is_followed_to_its_mirror_image(verified):
     """From M through 0, where the shape is planar, to −M, where it rotates in the opposite sense."""
     s = np.linspace(-0.5, 0.5, 65)
     k = 3 * np.cos(np.pi * s) ** 2 * np.exp(2j * s) + np.sin(2 * np.pi * s)
@@ -110,7 +133,10 @@ def test_a_rotating_shape_is_followed_to_its_mirror_image():
     branch = follow(shape, "moment", -2e-3, 2e-3, upwards=False)
     assert branch.values[-1] == pytest.approx(-2e-3, rel=1e-9)
     first, last = branch.shapes[0], branch.shapes[-1]
-    np.testing.assert_allclose([-last.spin, last.speed], [first.spin, first.speed], rtol=1e-6)
+    verified(
+        "symmetry", "shape that rotates, followed from M to −M: spin and speed", measured=[-last.spin, last.speed],
+        expected=[first.spin, first.speed], relative=1e-6, reference="its mirror image",
+    )  # fmt: skip
     np.testing.assert_allclose(abs(last.bending), abs(first.bending), atol=1e-6)
     equations = Equations(swimmer)
     for point in branch.shapes[1:-1]:
@@ -120,11 +146,14 @@ def test_a_rotating_shape_is_followed_to_its_mirror_image():
 
 
 @pytest.mark.parametrize(("parameter", "low", "high"), [("drag_ratio", 2.0, 2.5), ("diffusion", 1e-3, 2e-3)])
-def test_continuation_in_any_parameter_agrees_with_a_simulation(parameter, low, high):
+def test_continuation_in_any_parameter_agrees_with_a_simulation(parameter, low, high, verified):
     u = u_swimmer(33, 5e-3)
     last = follow(u, parameter, low, high).shapes[-1]
     there = settled(u.swimmer.with_parameters(**{parameter: high}), {"kind": "mode", "amplitude": 3.0}, time=6.0)
-    np.testing.assert_allclose(last.fields, there.fields, atol=1e-8)
+    verified.below(
+        "independent", f"U followed in {parameter}: fields", measured=np.abs(last.fields - there.fields).max(),
+        bound=1e-8, reference="settled there by time steps",
+    )  # fmt: skip
 
 
 def test_the_fixed_shape_does_not_depend_on_the_relaxation_time():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from examples.free import in_space, slope
+from reference.steady_u import amplitude_and_speed
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.modes import coefficients
@@ -63,25 +64,32 @@ def test_the_jacobian_is_the_derivative_of_the_rates():
     np.testing.assert_allclose(jacobian @ along, slopes, atol=1e-7 * abs(slopes).max(), rtol=0)
 
 
-@pytest.mark.parametrize(("bend", "amplitude", "speed"), [(5e-3, 3.0222, 0.48854), (1e-3, 3.9361, 0.64056)])
-def test_the_steady_u_converges_at_second_order_to_known_values(bend, amplitude, speed):
-    """a₀ and |U| from an independent solver, to its four digits."""
+@pytest.mark.parametrize("bend", [5e-3, 1e-3])
+def test_the_steady_u_converges_at_second_order_to_the_solution_of_a_boundary_value_problem(bend, verified):
+    """a₀ and |U|."""
     shapes = [symmetric_u(nodes, bend) for nodes in (33, 65, 129)]
     found = np.array(
         [[coefficients(u.curvature, np.linspace(-0.5, 0.5, u.swimmer.nodes), 1)[0], u.speed] for u in shapes]
     )
     limit = found[2] + (found[2] - found[1]) / 3
-    np.testing.assert_allclose(limit, [amplitude, speed], atol=1e-4)
-    assert slope([32, 64], np.abs(np.diff(found[:, 0]))) == pytest.approx(2.0, abs=0.2)
+    verified(
+        "independent", f"steady U at β⊥ = {bend:g} by Newton's method: a₀ and speed", measured=limit,
+        expected=amplitude_and_speed(bend), within=1e-5,
+        reference="boundary value problem of half a rod by SciPy's `solve_bvp` (tests/reference/steady_u.py)",
+    )  # fmt: skip
+    verified.order(
+        f"steady U at β⊥ = {bend:g}: order in Δs of a₀", measured=slope([32, 64], np.abs(np.diff(found[:, 0]))),
+        reference="N = 32, 64, 128",
+    )  # fmt: skip
     for u in shapes:
         equations = Equations(u.swimmer)
         rates = equations.rates(equations.state(u.fields)[None], u.swimmer.parameters)
         assert np.abs(rates).max() < 1e-11 * bend * (u.swimmer.nodes - 1) ** 4
 
 
-def test_a_fixed_shape_in_space_only_rotates(rotating):
-    """Ω is of order one. A simulation from the shape keeps k exp(−iΩt), τ and f up to second order in Δt."""
-    assert abs(rotating.spin) == pytest.approx(0.45, abs=0.05)
+def test_a_fixed_shape_in_space_only_rotates(rotating, verified):
+    """A simulation from the shape keeps k exp(−iΩt), τ and f up to second order in Δt; Ω is of order one."""
+    assert abs(rotating.spin) > 0.2
     turned, errors, steps = rotating.bending * np.exp(0.5j * rotating.spin), [], np.array([125, 250, 500])
     for number in steps:
         rods = rotating.rods()
@@ -89,8 +97,11 @@ def test_a_fixed_shape_in_space_only_rotates(rotating):
         later = rods.rates()
         kept = ((later["bending"], turned), (later["twist"], rotating.twist), (later["activity"], rotating.activity))
         errors.append(max(abs(now[0] - then).max() for now, then in kept))
-    assert errors[-1] < 1e-5
-    assert slope(steps, errors) == pytest.approx(2.0, abs=0.2)
+    verified.below(
+        "independent", "fixed shape in space, after half a unit of time: k exp(−iΩt), τ, f", measured=errors[-1],
+        bound=1e-5, reference="Newton's method; Δt = 1e-3",
+    )  # fmt: skip
+    verified.order("fixed shape in space: order in Δt", measured=slope(steps, errors), reference="Newton's method")
 
 
 def test_only_the_neutral_mode_of_rotation_is_dropped(rotating):
@@ -107,23 +118,30 @@ def test_only_the_neutral_mode_of_rotation_is_dropped(rotating):
     np.testing.assert_allclose(np.sort_complex(leading), np.sort_complex(kept[:6]), rtol=1e-5)
 
 
-def test_a_rotated_shape_is_an_equivalent_fixed_shape(rotating):
+def test_a_rotated_shape_is_an_equivalent_fixed_shape(rotating, verified):
     turned = rotating.bending * np.exp(0.7j)
     fields = np.stack([turned.real, turned.imag, rotating.twist, rotating.activity])
     again = at_rest(FixedShape(rotating.swimmer, fields))
     np.testing.assert_allclose(again.bending, turned, atol=1e-7)
-    np.testing.assert_allclose([again.spin, again.speed], [rotating.spin, rotating.speed], rtol=1e-7)
+    verified(
+        "symmetry", "fixed shape turned about its tangent: spin and speed", measured=[again.spin, again.speed],
+        expected=[rotating.spin, rotating.speed], relative=1e-7, reference="those before",
+    )  # fmt: skip
     np.testing.assert_allclose(again.eigenvalues(4).real, rotating.eigenvalues(4).real, rtol=1e-5)
 
 
-def test_a_straight_twisted_rod_has_its_known_growth_rates():
+def test_a_straight_twisted_rod_has_its_known_growth_rates(verified):
     s = np.linspace(-0.5, 0.5, 65)
     parameters = {"bend": 2e-3, "twist": 1e-3, "moment": 1e-2}
     swimmer = Swimmer(65, parameters, planar=False, held=tuple(-np.tanh(10 * s)))
     twist = 10 * (np.log(np.cosh(10 * s)) - np.log(np.cosh(5.0))) / 10
     straight = at_rest(start(swimmer, np.stack([twist, 0 * s, 0 * s], axis=-1), -np.tanh(10 * s)))
     known = growth_rates(**parameters, nodes=65, count=4)
-    np.testing.assert_allclose(np.sort(straight.eigenvalues(4).real), np.sort(known.real), rtol=2e-3)
+    verified(
+        "independent", "straight twisted rod: leading eigenvalues of the Jacobian",
+        measured=np.sort(straight.eigenvalues(4).real), expected=np.sort(known.real), relative=2e-3,
+        reference="linear theory of a twisted rod (`growth_rates`)",
+    )  # fmt: skip
 
 
 def test_a_swimmer_from_a_scene_has_the_parameters_of_its_rod():

@@ -52,7 +52,7 @@ def shape_of(rods):
     return twin.Shape(found["bending"], found["twist"], found["activity"])
 
 
-def test_steps_agree_with_the_twin(device):
+def test_steps_agree_with_the_twin(device, verified):
     """A force that depends on place and time, and an oblique stiffness; steps of two lengths, the first divided."""
 
     def force(t, r):
@@ -73,13 +73,16 @@ def test_steps_agree_with_the_twin(device):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9, err_msg=name)
     np.testing.assert_allclose(rods.position[:, 16], np.array(theirs.frames[0])[:, :3, 3], rtol=0, atol=1e-10)
     R, r = theirs.laid_out(theirs.shapes[0], np.array(theirs.frames[0]))
-    np.testing.assert_allclose(rods.position, r, rtol=0, atol=1e-10)
+    verified.below(
+        "independent", "free rods under contact as drag: places after seven steps",
+        measured=abs(rods.position - r).max(), bound=1e-12, reference="the same steps in NumPy, oblique stiffness",
+    )  # fmt: skip
     np.testing.assert_allclose(rods.rotation, R, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("make", [planar, in_space])
 @pytest.mark.parametrize("k", [10.0, STIFFNESS])
-def test_second_order_with_contact(device, make, k):
+def test_second_order_with_contact(device, make, k, verified):
     """Up to 7 times 4/3 ζ⊥/k, the bound of explicit contact, for the stiff springs."""
     start = make(device, 33).position
     steps, runs = np.array([100, 200, 400, 800]), []
@@ -87,9 +90,15 @@ def test_second_order_with_contact(device, make, k):
         rods = make(device, 33)
         take_steps(rods, 0.2 / count, int(count), *tether(start, k))
         runs.append(rods.variables())
-    for name in ("position", "strain", "orientation"):
-        errors = [abs(b[name] - a[name]).max() for a, b in pairwise(runs)]
-        assert slope(steps[:-1], errors) == pytest.approx(2, abs=0.2), name
+    found = [
+        slope(steps[:-1], [abs(b[name] - a[name]).max() for a, b in pairwise(runs)])
+        for name in ("position", "strain", "orientation")
+    ]
+    where = "in a plane" if make is planar else "in space"
+    verified.order(
+        f"swimmer {where} held by springs of {k:g}: order in Δt", measured=found,
+        reference="successive differences of three readings",
+    )  # fmt: skip
 
 
 def test_a_stiff_contact_is_stable_in_long_steps(device):
@@ -105,7 +114,7 @@ def test_a_stiff_contact_is_stable_in_long_steps(device):
     assert explicit.status[0] != Status.OK
 
 
-def test_contact_holds_a_rod_and_lets_it_slide(device):
+def test_contact_holds_a_rod_and_lets_it_slide(device, verified):
     """Springs towards a plane add no drag along it: a straight rod sinks in by F/k and slides at F/ζ, whatever k."""
     rods = FreeRods(1, 33, bend=5e-3, twist=1e-3, flagella=None, shape={"kind": "straight"}, device=device)
     push, normal = np.array([0.3, -1.0, 0.4]), np.array([0.0, 1.0, 0.0])
@@ -116,8 +125,12 @@ def test_contact_holds_a_rod_and_lets_it_slide(device):
     take_steps(rods, 0.02, 40, force, lambda r: STIFFNESS * np.diag(normal))
     before = rods.position[0, 16]
     take_steps(rods, 0.02, 10, force, lambda r: STIFFNESS * np.diag(normal))
-    np.testing.assert_allclose(rods.position[0, :, 1], -1 / STIFFNESS, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(rods.position[0, 16] - before, [0.2 * 0.3, 0.0, 0.2 * 0.4 / ETA], rtol=0, atol=1e-9)
+    sunk = rods.position[0, :, 1] + 1 / STIFFNESS
+    slid = rods.position[0, 16] - before - [0.2 * 0.3, 0.0, 0.2 * 0.4 / ETA]
+    verified.below(
+        "exact", "free rod on a plane of springs: depth and path", measured=[abs(sunk).max(), abs(slid).max()],
+        bound=1e-9, reference="F/k across, F∥/ζ∥ and F⊥/ζ⊥ along it",
+    )  # fmt: skip
 
 
 def test_a_planar_start_stays_in_its_plane(device):
@@ -157,7 +170,7 @@ def test_a_step_that_is_tried_changes_nothing(device):
 
 
 @pytest.mark.parametrize("make", [planar, in_space])
-def test_the_error_of_a_step_is_of_third_order(device, make):
+def test_the_error_of_a_step_is_of_third_order(device, make, verified):
     start = make(device, 33).position
     sizes, errors = np.array([4e-3, 2e-3, 1e-3]), []
     for dt in sizes:
@@ -165,10 +178,14 @@ def test_the_error_of_a_step_is_of_third_order(device, make):
         take_steps(rods, dt, round(0.1 / dt), *tether(start, 10.0))
         try_one(rods, dt, *tether(start, 10.0))
         errors.append(rods.error_of_step()[0])
-    assert slope(1 / sizes, errors) == pytest.approx(3, abs=0.3)
+    where = "in a plane" if make is planar else "in space"
+    verified.order(
+        f"swimmer {where}: order of the estimated error of a step", measured=slope(1 / sizes, errors), expected=3,
+        within=0.3, reference="Δt = 4e-3 to 1e-3",
+    )  # fmt: skip
 
 
-def test_the_error_tells_of_a_force_that_only_moves_the_rod(device):
+def test_the_error_tells_of_a_force_that_only_moves_the_rod(device, verified):
     """A straight rod under a uniform force that grows: u = t/η, whose error in steps of second order is h³ u''/9."""
     rods = FreeRods(1, 33, bend=5e-3, twist=1e-3, flagella=None, shape={"kind": "straight"}, device=device)
 
@@ -178,7 +195,10 @@ def test_the_error_tells_of_a_force_that_only_moves_the_rod(device):
     dt = 1e-2
     take_steps(rods, dt, 10, force)
     try_one(rods, dt, force)
-    assert rods.error_of_step()[0] == pytest.approx(dt**3 / 3, rel=1e-6)
+    verified(
+        "exact", "estimated error of a step under a force t²", measured=rods.error_of_step()[0], expected=dt**3 / 3,
+        relative=1e-6, reference="Δt³/3",
+    )  # fmt: skip
 
 
 def test_the_error_of_a_result_that_is_not_valid_is_infinite(device):

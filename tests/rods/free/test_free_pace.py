@@ -27,17 +27,20 @@ def to(time, tolerance, made):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_error_follows_the_tolerance(device, kind):
+def test_the_error_follows_the_tolerance(device, kind, verified):
     """Positions after two units of time against a run with a tolerance that is far smaller."""
     exact = to(2.0, 1e-9, rods(device, **KINDS[kind])).position
     tolerances = np.array([1e-4, 1e-5, 1e-6, 1e-7])
     errors = [abs(to(2.0, t, rods(device, **KINDS[kind])).position - exact).max(axis=(1, 2)) for t in tolerances]
-    assert (np.array(errors) < 300 * tolerances[:, None]).all()
+    verified.below(
+        "independent", f"swimmers {kind}, steps by error: error of places over the tolerance of a step",
+        measured=np.array(errors) / tolerances[:, None], bound=300, reference="a run with 1e-9; t = 2, 1e-4 to 1e-7",
+    )  # fmt: skip
     assert (np.array(errors)[0] > 10 * np.array(errors)[-1]).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_equal_steps_approach_the_same_motion(device, kind):
+def test_equal_steps_approach_the_same_motion(device, kind, verified):
     """A fixed step of second order against steps by error: the same limit."""
     exact = to(0.5, 1e-9, rods(device, **KINDS[kind])).position
     errors = []
@@ -45,7 +48,13 @@ def test_equal_steps_approach_the_same_motion(device, kind):
         fixed = rods(device, **KINDS[kind])
         fixed.step(0.5 / steps, steps)
         errors.append(abs(fixed.position - exact).max())
-    assert errors[1] < 1e-4 and errors[0] / errors[1] == pytest.approx(4, abs=0.8)
+    name = f"swimmers {kind}: equal steps against steps by error"
+    verified.below(
+        "independent", f"{name}, place", measured=errors[1], bound=1e-4, reference="steps by error, 1e-9; Δt = 2.5e-4"
+    )
+    verified.order(
+        f"{name}, order in Δt", measured=np.log2(errors[0] / errors[1]), within=0.25, reference="errors at 5e-4, 2.5e-4"
+    )
 
 
 @pytest.mark.parametrize("bend", [2.5e-4, 1e-3])
@@ -78,26 +87,28 @@ def test_soft_rods_take_more_steps_than_stiff_ones(device):
     assert (made.steps_rejected < 0.3 * taken).all()
 
 
-def test_a_rod_has_the_same_bits_alone_and_in_a_batch(device):
+def test_a_rod_has_the_same_bits_alone_and_in_a_batch(device, verified):
     together = to(0.3, 1e-5, rods(device, **KINDS["in space"]))
-    for rod in range(3):
-        alone = to(0.3, 1e-5, rods(device, slice(rod, rod + 1), **KINDS["in space"]))
-        np.testing.assert_array_equal(alone.position[0], together.position[rod])
+    alone = [to(0.3, 1e-5, rods(device, slice(rod, rod + 1), **KINDS["in space"])).position[0] for rod in range(3)]
+    name = "swimmers in steps of their own: three rods alone and in a batch"
+    verified.same(name, np.array(alone), together.position, reference="the batch")
 
 
-def test_the_times_that_are_shown_do_not_matter(device):
+def test_the_times_that_are_shown_do_not_matter(device, verified):
     """Frames between steps come from the polynomial of the scheme: the steps stay the same, and so do their bits."""
     straight = to(0.5, 1e-5, rods(device, **KINDS["in space"]))
     often, found = rods(device, **KINDS["in space"]), {}
     for time in np.linspace(0, 0.5, 501)[1:]:
         found[round(float(time), 4)] = to(time, 1e-5, often).position
-    np.testing.assert_array_equal(often.position, straight.position)
+    verified.same(
+        "swimmers in steps of their own: shown 500 times", often.position, straight.position, reference="shown once"
+    )
     exact = rods(device, **KINDS["in space"])
     for time in (0.05, 0.2, 0.4):
         assert abs(found[time] - to(time, 1e-9, exact).position).max() < 1e-3
 
 
-def test_a_restart_has_the_same_bits(device):
+def test_a_restart_has_the_same_bits(device, verified):
     straight = rods(device, **KINDS["in space"])
     to(0.2, 1e-5, straight)
     kept = straight.state()
@@ -105,8 +116,9 @@ def test_a_restart_has_the_same_bits(device):
     other = rods(device, **KINDS["in space"])
     other.restore(kept)
     to(0.4, 1e-5, other)
-    for name, values in straight.variables().items():
-        np.testing.assert_array_equal(values, other.variables()[name], err_msg=name)
+    verified.same(
+        "swimmers in steps of their own: a restored state", other.variables(), straight.variables(), reference="no stop"
+    )
 
 
 def test_rods_that_cannot_be_resolved_are_frozen(device):

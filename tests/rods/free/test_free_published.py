@@ -1,30 +1,39 @@
-"""Known results for swimmers (docs/model.md §7): the steady U and its bifurcations."""
+"""Known results for swimmers (docs/model.md §7): the steady U and its bifurcations, in simulations.
+
+References are those of ``reference/exact.py``. tests/theory/test_exact.py compares them with
+other methods.
+"""
 
 import numpy as np
 import pytest
+from reference.exact import HOPF, SADDLE_NODE, STEADY_U
 
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.modes import coefficients
 
-STEADY = {5e-3: (3.022, 0.4885), 1e-3: (3.936, 0.6406)}
-"""β⊥ → (a₀, |U|), extrapolated to fine grids."""
-
 
 @pytest.mark.parametrize(("nodes", "within"), [(65, 5e-3), (129, 1e-3)])
-def test_steady_swimmers(device, nodes, within):
+def test_steady_swimmers(device, nodes, within, verified):
     """The steady U of a strongly bent rod: its first mode and its speed, for two stiffnesses."""
-    rods = FreeRods(2, nodes, bend=list(STEADY), twist=1e-3, shape={"kind": "mode", "amplitude": 3.0}, device=device)
+    rods = FreeRods(2, nodes, bend=list(STEADY_U), twist=1e-3, shape={"kind": "mode", "amplitude": 3.0}, device=device)
     rods.step(1e-3, 4000)
     before = rods.position
     rods.step(1e-3, 500)
     speed = np.linalg.norm(rods.position - before, axis=-1)[:, nodes // 2] / 0.5
     amplitude = coefficients(rods.strain[..., 2], np.linspace(-0.5, 0.5, nodes), 1)[:, 0]
-    np.testing.assert_allclose(np.stack([amplitude, speed], axis=1), list(STEADY.values()), rtol=within)
-    np.testing.assert_allclose(rods.power, rods.dissipation, rtol=1e-4)
+    verified(
+        "independent", f"steady U by time steps, N = {nodes - 1}: a₀ and speed at β⊥ = 5e-3 and 1e-3",
+        measured=np.stack([amplitude, speed], axis=1), expected=list(STEADY_U.values()), relative=within,
+        reference="boundary value problem by SciPy's `solve_bvp`",
+    )  # fmt: skip
+    verified(
+        "conservation", f"steady U, N = {nodes - 1}: power over dissipation", measured=rods.power / rods.dissipation,
+        expected=1, within=1e-4, reference="dE/dt = 0",
+    )  # fmt: skip
 
 
-def test_the_u_ends_in_a_saddle_node(device):
+def test_the_u_ends_in_a_saddle_node(device, verified):
     """Continued in β from a bent state, the symmetric U exists below 8.876e-3 and not above, within 0.3 %."""
 
     def swim(bend, shape, activity, dt, steps):
@@ -38,10 +47,14 @@ def test_the_u_ends_in_a_saddle_node(device):
     state = swim([5e-3], {"kind": "mode", "amplitude": 3.0}, "tanh", 1e-3, 3000)
     for bend in (7e-3, 8e-3, 8.5e-3, 8.75e-3):
         state = swim([bend], *state, 2e-3, 3000)
-    strain, _ = swim([8.85e-3, 8.90e-3], *state, 4e-3, 15_000)
+    bends = np.array([8.85e-3, 8.90e-3])
+    strain, _ = swim(bends, *state, 4e-3, 15_000)
     amplitude = coefficients(strain[..., 2], np.linspace(-0.5, 0.5, 65), 1)[:, 0]
-    assert amplitude[0] > 1.4
-    assert amplitude[1] < 1e-6
+    bent, straight = bends[amplitude > 1.4], bends[amplitude < 1e-6]
+    verified(
+        "independent", "stiffness at which the U ends, by time steps", measured=(bent.max() + straight.min()) / 2,
+        expected=SADDLE_NODE, relative=3e-3, reference="SciPy's `solve_bvp`; bent at 8.85e-3, straight at 8.90e-3",
+    )  # fmt: skip
 
 
 def planar_rates(bend, nodes, states, device):
@@ -71,11 +84,16 @@ def oscillation_growth(bend, nodes, device):
     return spectrum[abs(spectrum.imag) > 1].real.max()
 
 
-def test_the_u_starts_to_wave_at_a_hopf_bifurcation(device):
+@pytest.mark.long
+def test_the_u_starts_to_wave_at_a_hopf_bifurcation(device, verified):
     """The growth rate vanishes at 1.456e-4, extrapolated from two grids, within 1.5 %."""
     bends = np.array([1.5e-4, 1.54e-4])
     hopf = []
     for nodes in (65, 129):
         growth = [oscillation_growth(bend, nodes, device) for bend in bends]
         hopf.append(bends[0] - growth[0] * np.diff(bends)[0] / np.diff(growth)[0])
-    assert (4 * hopf[1] - hopf[0]) / 3 == pytest.approx(1.456e-4, rel=1.5e-2)
+    verified(
+        "independent", "stiffness at which the U starts to wave, from Jacobians of the rates",
+        measured=(4 * hopf[1] - hopf[0]) / 3, expected=HOPF, relative=1.5e-2,
+        reference="Galerkin method in the material frame (tests/reference/waving.py)",
+    )  # fmt: skip

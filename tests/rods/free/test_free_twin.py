@@ -38,7 +38,7 @@ def shape_of(rates):
     return twin.Shape(rates["bending"], rates["twist"], rates["activity"])
 
 
-def test_rates_agree_with_twin(device):
+def test_rates_agree_with_twin(device, verified):
     rods, p = random_ensemble(device)
     rods.force = np.random.default_rng(2).normal(size=(3, 65, 3))
     found = rods.rates()
@@ -46,12 +46,17 @@ def test_rates_agree_with_twin(device):
     for name in ("tension", "axial", "transverse"):
         np.testing.assert_allclose(found[name], getattr(expected, name), rtol=0, atol=2e-9, err_msg=name)
     np.testing.assert_allclose(found["angular_velocity"], expected.spin, rtol=0, atol=2e-9)
+    errors = []
     for name in ("bending", "twist", "activity"):
         rate = getattr(expected, name)
-        np.testing.assert_allclose(found[f"{name}_rate"], rate, rtol=0, atol=1e-10 * abs(rate).max(), err_msg=name)
+        errors.append(abs(found[f"{name}_rate"] - rate).max() / abs(rate).max())
+    verified.below(
+        "independent", "free rods: rates of k, τ, f, relative", measured=errors, bound=1e-12,
+        reference="the same equations in NumPy (tests/reference/free.py), random parameters and shapes",
+    )  # fmt: skip
 
 
-def test_steps_agree_with_twin(device):
+def test_steps_agree_with_twin(device, verified):
     """Twenty steps of three lengths; the first is divided, and begins with first order."""
     rods, p = random_ensemble(device)
     shapes, times = [shape_of(rods.rates())], [0.0]
@@ -62,23 +67,28 @@ def test_steps_agree_with_twin(device):
             shapes.insert(0, twin.step(shapes[:2], times[:2], times[0] + length, p, H)[0])
             times.insert(0, times[0] + length)
     found = rods.rates()
-    for name in ("bending", "twist", "activity"):
-        np.testing.assert_allclose(found[name], getattr(shapes[0], name), rtol=0, atol=1e-10, err_msg=name)
+    verified.below(
+        "independent", "free rods: k, τ, f after twenty steps of three lengths",
+        measured=[abs(found[name] - getattr(shapes[0], name)).max() for name in ("bending", "twist", "activity")],
+        bound=1e-12, reference="the same steps in NumPy",
+    )  # fmt: skip
 
 
-def test_a_rod_does_not_depend_on_its_batch(device):
+def test_a_rod_does_not_depend_on_its_batch(device, verified):
     """Steps of the same length give the same bits; where the error of all rods divides the first ones, nearly so."""
     bend = [8e-4, 1e-3, 2e-3]
-    batch, divided = in_space(device, count=3, bend=bend), in_space(device, count=3, bend=bend)
+    batch, divided, found = in_space(device, count=3, bend=bend), in_space(device, count=3, bend=bend), []
     take_steps(batch, STEP, 50)
+    batch_after = batch.position
     divided.step(STEP, 50)
     for rod, value in enumerate(bend):
         alone = in_space(device, bend=value)
         take_steps(alone, STEP, 50)
-        np.testing.assert_array_equal(alone.position[0], batch.position[rod])
+        found.append(alone.position[0])
         alone = in_space(device, bend=value)
         alone.step(STEP, 50)
         np.testing.assert_allclose(alone.position[0], divided.position[rod], rtol=0, atol=1e-6)
+    verified.same("free rods: three rods alone and in a batch", np.array(found), batch_after, reference="the batch")
     alone, twins = in_space(device), in_space(device, count=2)
     alone.step(STEP, 50)
     twins.step(STEP, 50)
@@ -86,7 +96,7 @@ def test_a_rod_does_not_depend_on_its_batch(device):
 
 
 @pytest.mark.parametrize("forced", [False, True])
-def test_restart_gives_the_same_bits(device, forced):
+def test_restart_gives_the_same_bits(device, forced, verified):
     def external(t, position, rotation):
         return 0.1 * position + t
 
@@ -97,8 +107,8 @@ def test_restart_gives_the_same_bits(device, forced):
     rods.step(STEP, 30)
     other.restore(kept)
     other.step(STEP, 30)
-    for name, values in rods.variables().items():
-        np.testing.assert_array_equal(values, other.variables()[name], err_msg=name)
+    forces = "under a force of place and time" if forced else "without forces"
+    verified.same(f"free rods {forces}: a restored state", other.variables(), rods.variables(), reference="no stop")
     assert other.time == rods.time
 
 

@@ -221,8 +221,8 @@ def _go_on_from(simulation: Simulation, kept: RunFolder, state: dict[str, np.nda
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
     kept.continues_from = simulation.now
-    stop_for_failures(simulation)
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
+    stop_for_failures(simulation)
     report.note(f"continuing from t = {simulation.now:g}{more}")
 
 

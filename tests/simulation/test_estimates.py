@@ -260,6 +260,18 @@ def test_equal_steps_are_extrapolated(monkeypatch):
     assert seconds == pytest.approx(1e4) and basis == "by the first 63 steps"
 
 
+def test_steps_that_are_long_already_are_not_taken_to_become_shorter():
+    """A rod at rest may change soonest of all, but holds nothing up."""
+    cells = {"count": 2, "nodes": 17, "bend": [1e-9, 1e-2], "twist": 1e-3, "shape": {"kind": "straight"}}
+    placement = {"position": [[0, 0, 0], [3, 0, 0]]}
+    cells |= {"flagella": {"law": "held"}, "placement": placement, "name": "cells"}
+    box = {"kind": "slab", "size": [8, 8], "height": 0.4}
+    tables = {"swimmers": [cells], "box": box, "time": {"end": 1e9, "save_every": 1e7}}
+    simulation = Simulation(Scene.parse(tables), "cpu")
+    assert timing._settled_step(simulation) < 1e-6
+    assert timing._settled_step(simulation, 1e5) == min(1e5, simulation.together.longest)
+
+
 @pytest.mark.parametrize(
     ("seconds", "words"),
     [(0.2, "1 s"), (80, "80 s"), (200, "3.3 min"), (10800, "3 h"), (3e5, "3.5 days"), (1e10, "320 years")],

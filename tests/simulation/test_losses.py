@@ -54,6 +54,7 @@ def test_a_run_can_end_at_the_first_loss_and_go_on_later(tmp_path):
     assert any('on_failure = "continue"' in line for line in stopped.messages)
     again = simulate(scene(SOUND, DOOMED, on_failure="stop"), tmp_path / "a", device="cpu", resume=True)
     assert again.data["cells"].sizes["frame"] == 2 and len(again.lost) == 1
+    assert not any("time.end already" in line for line in again.messages)
     on = simulate(scene(SOUND, DOOMED, on_failure="continue"), tmp_path / "a", device="cpu", resume=True)
     whole = simulate(scene(SOUND, DOOMED), tmp_path / "b", device="cpu")
     np.testing.assert_array_equal(on.data["cells"].position, whole.data["cells"].position)
@@ -94,6 +95,11 @@ def test_many_losses_are_summarised():
     assert lengths == {0: 0, 2: 2, 5: 3, 6: 0, 9: 0, 10: 1, 19: 0, 20: 1, 90: 1}
     assert lines[0].startswith("cells: 90 of 100 rods, between t = 0 and 8.9: 45 bent by more than half a turn")
     assert "; 45 became non-finite (rods 1, 3, 5, 7, 9, 11, 13, 15, …)" in lines[0]
+    rods.frozen = 91  # too few more for a line, but all of them are told where no rod is left
+    assert said.check({"cells": rods}) == [] and losses.in_all({"cells": rods})[0].startswith("cells: 91 of 100 rods")
+    rods.frozen = 5
+    assert len(losses.in_all({"cells": rods})) == 5
+    rods.frozen = 90
     assert len(losses.lines({"cells": rods})) == losses.frozen({"cells": rods}) == 90
 
 
@@ -118,6 +124,7 @@ def test_a_run_that_loses_all_rods_has_that_exit_code_too(tmp_path):
     with pytest.raises(RodFailure, match="No rod is left") as caught:
         simulate(scene(DOOMED, DOOMED), tmp_path, device="cpu")
     assert caught.value.exit_code == 3
+    assert "rod 0 bent" in str(caught.value) and "rod 1 bent" in str(caught.value)
     assert open_run(tmp_path)["cells"].status[-1].values.tolist() == [Status.TOO_BENT] * 2
 
 

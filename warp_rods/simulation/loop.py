@@ -288,7 +288,8 @@ class Simulation(metaclass=Documented):
         lines = self._losses.check(self.ensembles)
         if self.frozen == self.rods:
             what = "more nodes or a smaller time.tolerance" if self.by_error else f"time.step below {self.step_size:g}"
-            raise RodFailure("\n".join([*lines, f"No rod is left: try {what}."]))
+            lost = losses.in_all(self.ensembles)
+            raise RodFailure("\n".join([*lost, f"No rod is left: try {what}."]))
         return lines
 
     # --- state ------------------------------------------------------------------------------------------------------

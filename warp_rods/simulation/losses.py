@@ -10,7 +10,7 @@ import numpy as np
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.status import Status
 
-__all__ = ["Losses", "frozen", "lines", "summary"]
+__all__ = ["Losses", "frozen", "in_all", "lines", "summary"]
 
 LISTED = 5
 """Rods of an ensemble that get a line of their own. Of more a run tells whenever their number has doubled."""
@@ -26,6 +26,16 @@ def frozen(ensembles: Mapping[str, Ensemble]) -> int:
 def lines(ensembles: Mapping[str, Ensemble]) -> list[str]:
     """A line for each rod that is frozen: when, why, and its parameters."""
     return [line for name, ensemble in ensembles.items() for _, line in _lines(name, ensemble)]
+
+
+def in_all(ensembles: Mapping[str, Ensemble]) -> list[str]:
+    """All rods that are frozen: a line for each of a few of an ensemble, or a summary of more."""
+    found = {name: [line for _, line in _lines(name, ensemble)] for name, ensemble in ensembles.items()}
+    return [
+        line
+        for name, each in found.items()
+        for line in (each if len(each) <= LISTED else [summary(name, ensembles[name])])
+    ]
 
 
 def summary(name: str, ensemble: Ensemble) -> str:

@@ -88,15 +88,18 @@ def _together(simulation: Simulation, budget: float) -> tuple[float, str]:
     spent, tried, left = time.perf_counter() - begun, control.taken + control.rejected, end - simulation.now
     if left <= 0 or not tried:
         return spent, ""
-    longest = _settled_step(simulation)
+    longest = _settled_step(simulation, control.step)
     return spent + left / longest * spent / tried, f"if steps become about {longest:.2g} long, as usual"
 
 
-def _settled_step(simulation: Simulation) -> float:
-    """The length that steps by error usually reach: they begin shorter by orders of magnitude."""
+def _settled_step(simulation: Simulation, reached: float = 0.0) -> float:
+    """The length that steps by error usually reach: they begin shorter by orders of magnitude.
+
+    Not less than what they have ``reached`` already, as where the rods that could change soonest are at rest.
+    """
     tables = ((kind, table) for kind in SETTLED for table in getattr(simulation.scene, kind))
     usual = min(SETTLED[kind] * simulation.ensembles[table.name].natural_time for kind, table in tables)
-    return min(usual, simulation.together.longest)
+    return min(max(usual, reached), simulation.together.longest)
 
 
 def lines(simulation: Simulation) -> list[str]:

@@ -260,14 +260,6 @@ def test_equal_steps_are_extrapolated(monkeypatch):
     assert seconds == pytest.approx(1e4) and basis == "by the first 63 steps"
 
 
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(0.2, "1 s"), (80, "80 s"), (200, "3.3 min"), (10800, "3 h"), (3e5, "3.5 days"), (1e10, "320 years")],
-)
-def test_times_in_words(seconds, words):
-    assert estimates.shown_seconds(seconds) == words
-
-
 @pytest.mark.parametrize(("size", "words"), [(10, "1 kB"), (4e6, "4 MB"), (2.94e10, "29 GB"), (3.2e16, "32 PB")])
 def test_sizes_in_words(size, words):
     assert estimates.shown_bytes(size) == words

@@ -174,16 +174,16 @@ def disk_bytes(scene: Scene) -> float:
     return found
 
 
-def check_disk(scene: Scene, folder: Path, resumed: bool = False) -> list[str]:
+def check_disk(scene: Scene, folder: Path, there: float = 0.0) -> list[str]:
     """Warnings where a run fills more than half of the space that is free where its ``folder`` is.
 
-    Raises SceneError where it does not fit. What a run that is ``resumed`` has written already counts as free.
+    there: bytes of a run in the folder that is continued, or replaced, so that they are not needed again. Raises
+    SceneError where it does not fit.
     """
     where = folder.absolute()
-    written = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file()) if resumed else 0
     while not where.exists() and where != where.parent:
         where = where.parent
-    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - written, frames_of(scene)
+    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - there, frames_of(scene)
     said = f"{frames} frames need about {shown_bytes(needed)} in {folder}, where {shown_bytes(free)} are free"
     if needed > free:
         most = int(frames * free / needed)

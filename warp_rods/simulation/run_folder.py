@@ -80,6 +80,13 @@ class RunFolder:
         return ()
 
     @staticmethod
+    def size(path: Path) -> float:
+        """Bytes of the run that a folder holds."""
+        parts = (path / part for part in PARTS)
+        files = (file for part in parts for file in ([part] if part.is_file() else part.rglob("*")))
+        return float(sum(file.stat().st_size for file in files if file.is_file()))
+
+    @staticmethod
     def check_free(path: Path, overwrite: bool) -> None:
         """Raises RunFolderError where ``path`` holds a run already and may not be overwritten, or is no folder."""
         if path.exists() and not path.is_dir():

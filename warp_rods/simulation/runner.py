@@ -112,10 +112,13 @@ def simulate(
             report.note(f"time.save_every = {scene.time.save_every:g}, as in the run so far")
     else:
         RunFolder.check_free(folder, overwrite)
-    check_disk(scene, folder, resume)
+    there = RunFolder.size(folder) if resume or overwrite else 0.0
+    check_disk(scene, folder, there)  # before anything is compiled; again when the numbers of nodes are chosen
     simulation = _prepare(scene, device, report, console)
-    for line in check_disk(simulation.scene, folder, resume):
+    for line in check_disk(simulation.scene, folder, there):
         report.warn(line)
+    if not resume:
+        _tell_needs(simulation, report)
     for hook in attached:
         simulation.attach(hook.cadence, hook.function)
     state: dict[str, np.ndarray] | None = None
@@ -211,10 +214,14 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         report.note(line)
     for line in simulation.warnings:
         report.warn(line)
+    return simulation
+
+
+def _tell_needs(simulation: Simulation, report: Report) -> None:
+    """What the rest of the run needs, and its steps."""
     for line in timing.lines(simulation):
         report.note(line)
     report.note(simulation.pace)
-    return simulation
 
 
 def _go_on_from(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray], report: Report) -> None:
@@ -224,6 +231,8 @@ def _go_on_from(simulation: Simulation, kept: RunFolder, state: dict[str, np.nda
     stop_for_failures(simulation)
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
     report.note(f"continuing from t = {simulation.now:g}{more}")
+    if not simulation.finished:
+        _tell_needs(simulation, report)
 
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:

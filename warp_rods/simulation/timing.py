@@ -82,10 +82,11 @@ def _own(simulation: Simulation, budget: float) -> tuple[float, str]:
 def _together(simulation: Simulation, budget: float) -> tuple[float, str]:
     """Of steps by error that all rods take together."""
     begun, end, control = time.perf_counter(), simulation.scene.time.end, simulation.together.control
+    before = control.taken + control.rejected
     for _ in simulation._advance_to(end):
         if time.perf_counter() - begun > budget:
             break
-    spent, tried, left = time.perf_counter() - begun, control.taken + control.rejected, end - simulation.now
+    spent, tried, left = time.perf_counter() - begun, control.taken + control.rejected - before, end - simulation.now
     if left <= 0 or not tried:
         return spent, ""
     longest = _settled_step(simulation)
@@ -100,13 +101,14 @@ def _settled_step(simulation: Simulation) -> float:
 
 
 def lines(simulation: Simulation) -> list[str]:
-    """What a run needs, and the times on which rods change beside those of the run, for the user."""
+    """What a run needs, its rest where it is continued, and the times on which rods change beside those of the run."""
     scene = simulation.scene
     seconds, basis = estimated_seconds(simulation)
     needed = memory(scene) + sum(s.grid.nbytes for s in simulation.surfaces.values() if s and s.grid is not None)
+    long = f"{in_words(max(seconds, 1.0))}{' more' if simulation.now > 0 else ''} on this machine"
     size = (
         f"about {shown_bytes(disk_bytes(scene))} on disk in {frames_of(scene)} frames, {shown_bytes(needed)} of "
-        f"memory, {in_words(seconds)} on this machine{f' ({basis})' if basis else ''}"
+        f"memory, {long}{f' ({basis})' if basis else ''}"
     )
     times = [f"{name} {e.natural_time:.2g}" for name, e in simulation.ensembles.items()]
     steps = "" if simulation.by_error else f"Δt = {simulation.step_size:.3g}, "

@@ -6,7 +6,7 @@ import pytest
 from warp_rods import workflow
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Frames, Simulation
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.trajectory import open_run
@@ -99,7 +99,7 @@ def test_the_folder_of_a_run_can_be_read(tmp_path):
 
 def test_an_interrupted_run_resumes_with_the_same_bits(tmp_path, monkeypatch, verified):
     whole = runner.simulate(scene(), tmp_path / "whole", device="cpu").data
-    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(saver, "CHECKPOINT_EVERY", 0.0)
     stopped = tmp_path / "stopped"
 
     real, calls = Simulation.to_next_frame, []

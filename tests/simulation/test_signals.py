@@ -16,9 +16,9 @@ import warp_rods as wr
 from warp_rods import cli
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import interruption, portions, runner
+from warp_rods.simulation.checkpoint import read_checkpoint
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.run_folder import read_checkpoint
 from warp_rods.simulation.trajectory import open_run
 
 CELL = {"name": "cell", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}

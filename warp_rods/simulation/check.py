@@ -11,10 +11,11 @@ import xarray as xr
 
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.begun import KEPT
+from warp_rods.simulation.checkpoint import CHECKPOINT, read_checkpoint
 from warp_rods.simulation.document import FRAMES, METADATA, Document, moves
 from warp_rods.simulation.files import digest
 from warp_rods.simulation.reading import open_run
-from warp_rods.simulation.run_folder import CHECKPOINT, SCENE, read_checkpoint
+from warp_rods.simulation.run_folder import SCENE
 from warp_rods.simulation.store import STORE
 
 __all__ = ["check_run"]

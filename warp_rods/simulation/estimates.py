@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from warp_rods.device import device as device_of
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.scene.ensemble import AUTO
@@ -113,10 +114,10 @@ def memory(scene: Scene) -> float:
 def check_memory(scene: Scene, device: Any = None) -> None:
     """Raises SceneError naming the largest table of a scene that needs too much memory, and how many rods would fit.
 
-    device: a CUDA device of Warp, whose memory is checked besides that of the machine.
+    device: where the rods will be; the memory of a CUDA device is checked besides that of the machine.
     """
     _check(list(needs(scene)), "rod", PROCESS, memory_of_machine(), "this machine")
-    if device is not None and device.is_cuda:
+    if device is not None and (device := device_of(device)).is_cuda:
         _check(list(needs(scene)), "rod_on_device", 0.0, float(device.free_memory), f"{device.alias} (free)")
 
 

@@ -286,9 +286,9 @@ def test_a_signal_outside_the_steps_ends_with_one_line(small, tmp_path, phase):
     output, folder = tmp_path / "output", tmp_path / "run"
 
     def slow(*_arguments, **_named) -> None:
-        (tmp_path / "there").touch()
-        (folder / ".animation.partial.usdc").touch() if phase == "exporting" else None
         try:
+            (folder / ".animation.partial.usdc").touch() if phase == "exporting" else None
+            (tmp_path / "there").touch()
             time.sleep(60)
         finally:
             (folder / ".animation.partial.usdc").unlink(missing_ok=True)

@@ -22,7 +22,9 @@ MOST_CHANGES = 3
 def changed(tables: dict[str, Any], rng: random.Random) -> dict[str, Any]:
     """The scene, which is changed, with one fault or a few."""
     for _ in range(rng.randint(1, MOST_CHANGES)):
-        holder, key = rng.choice(list(places(tables)))
+        if not (found := list(places(tables))):
+            break
+        holder, key = rng.choice(found)
         rng.choice(CHANGES)(holder, key, rng)
     return tables
 

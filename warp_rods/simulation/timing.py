@@ -17,8 +17,9 @@ from warp_rods.simulation.loop import Simulation
 
 BUDGET = 1.0
 """Seconds after which no more steps are tried."""
-FIRST_SPAN = 1e-3
-"""The first time over which steps by error are tried, in natural times; each further one is twice as long."""
+FIRST_SPAN = 100
+"""The first time over which rods take steps of their own, in units of their first step; each further one is twice as
+long."""
 SETTLED = {"filaments": 10.0, "swimmers": 0.2}
 """Steps by error become about so many natural times long, by the kind of rods: in the shipped scenes within a factor of
 five or so."""
@@ -64,7 +65,7 @@ def _equal(simulation: Simulation, budget: float) -> tuple[float, str]:
 def _own(simulation: Simulation, budget: float) -> tuple[float, str]:
     """Of steps that each rod takes by its error; where they became no longer, as many a time as in the last span."""
     begun, end, before, rate = time.perf_counter(), simulation.scene.time.end, simulation.rod_steps, 0.0
-    span = FIRST_SPAN * min(e.natural_time for e in simulation.ensembles.values())
+    span = FIRST_SPAN * min(e.first_step for e in simulation.ensembles.values())
     while simulation.now < end and time.perf_counter() - begun < budget / 3:
         started, since = time.perf_counter(), simulation.now
         exhaust(simulation._advance_to(min(since + span, end)))

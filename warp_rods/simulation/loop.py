@@ -32,7 +32,7 @@ class Simulation(metaclass=Documented):
     find, such as a filament too long for its surface, a surface without points, or rods that do not fit.
     """
 
-    _unlisted = frozenset({"by_error", "rod_steps"})
+    _unlisted = frozenset({"by_error", "rod_steps", "trial"})
 
     def __init__(self, scene: Scene, device: str | None = None):
         made = "a Scene: Scene.load(path) reads one, Scene.parse takes a mapping"

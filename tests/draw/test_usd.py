@@ -280,6 +280,13 @@ def test_equal_trajectories_give_equal_bytes_and_no_temporary_files(run, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["again.usdc"]
 
 
+def test_a_file_that_cannot_be_written_is_told_with_the_reason(run, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(RunFolderError, match=r"animation\.usdc cannot be written: .+") as refused:
+        export_usd(run, tmp_path / "file" / "animation.usdc")
+    assert "\n" not in str(refused.value)
+
+
 def test_runs_with_nothing_to_show(tmp_path):
     with pytest.raises(RunFolderError, match="no run"):
         export_usd(tmp_path)

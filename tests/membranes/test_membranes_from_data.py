@@ -9,6 +9,7 @@ import trimesh
 from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.mesh import triangulate
+from warp_rods.membranes.mesh_file import read_mesh
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(800, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=-1, keepdims=True)
@@ -206,6 +207,55 @@ def test_vertices_that_nearly_agree_are_merged_and_this_is_said(tmp_path):
     trimesh.Trimesh(torn, np.arange(len(torn)).reshape(-1, 3), process=False).export(tmp_path / "torn.obj", digits=10)
     surface = surfaces.make("grid", {"file": str(tmp_path / "torn.obj")})
     assert "of the size of the mesh merged" in said(surface)
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after"),
+    [
+        ("mesh.obj", b"v ", b"# gr\xf6\xdfe\no f\xfcr\nv "),
+        ("mesh.obj", b"v ", b"\xef\xbb\xbfv "),
+        ("mesh.ply", b"element vertex", b"comment gr\xf6\xdfe\nelement vertex"),
+        ("mesh.stl_ascii", b"solid", b"solid gr\xf6\xdfe"),
+    ],
+)
+def test_names_and_comments_of_a_mesh_may_be_in_any_encoding(name, before, after, tmp_path):
+    mesh = trimesh.creation.icosphere(1)
+    plain, other = tmp_path / "plain", tmp_path / "other"
+    data = mesh.export(file_type=name.partition(".")[2])
+    data = data.encode() if isinstance(data, str) else data
+    data = data[data.index(b"v ") :] if name.endswith("obj") else data  # a mark of UTF-8 comes first
+    suffix = Path(name).suffix.removesuffix("_ascii")
+    plain.with_suffix(suffix).write_bytes(data)
+    other.with_suffix(suffix).write_bytes(data.replace(before, after, 1))
+    expected, found = (read_mesh(path.with_suffix(suffix))[0].bodies for path in (plain, other))
+    assert found[0].volume == expected[0].volume == pytest.approx(mesh.volume, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "before", "after"),
+    [
+        (".obj", b"v ", b"mtllib other\nusemtl a\nv "),
+        (".ply", b"element vertex", b"comment TextureFile other\nelement vertex"),
+    ],
+)
+def test_files_that_a_mesh_names_are_not_read(suffix, before, after, tmp_path, monkeypatch):
+    """They may be devices without an end, and a material has no part in a membrane."""
+    read = []
+    monkeypatch.setattr(trimesh.visual.resolvers.FilePathResolver, "get", lambda _self, name: read.append(name))
+    mesh = trimesh.creation.icosphere(1)
+    data = mesh.export(file_type=suffix[1:])
+    data = data.encode() if isinstance(data, str) else data
+    (tmp_path / f"mesh{suffix}").write_bytes(data.replace(before, after, 1))
+    assert read_mesh(tmp_path / f"mesh{suffix}")[0].bodies[0].volume == pytest.approx(mesh.volume, rel=1e-6)
+    assert read == []
+
+
+def test_an_enormous_mesh_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "mesh.stl"
+    with path.open("wb") as file:
+        file.truncate(20_000_000_000)
+    with pytest.raises(SceneError, match=r"mesh\.stl has 20 GB: at most 500 MB: use a coarser mesh"):
+        surfaces.make("grid", {"file": str(path)})
 
 
 def test_an_open_mesh_is_refused_with_count_place_and_remedy(tmp_path):

@@ -237,3 +237,23 @@ def test_numbers_have_a_range(change, words):
     (line,) = faults(small(**change))
     assert words in line
     Scene.parse(small(swimmers__bend=1e-40, swimmers__moment=-1e30, surface__radius=1e30, time={"end": 1e-40}))
+
+
+def test_a_file_without_an_end_is_refused():
+    with pytest.raises(SceneError, match="/dev/zero: must have at most 100 MB"):
+        Scene.load("/dev/zero")
+
+
+def test_tables_in_tables_in_tables_are_refused(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("a" + ".a" * 1500 + " = 1")
+    with pytest.raises(SceneError, match=r"scene\.toml: tables or lists are nested too deeply"):
+        Scene.load(path)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("end_of_line", [b"\n", b"\r\n"])
+def test_a_scene_may_be_written_on_any_system(mark, end_of_line, tmp_path):
+    text = Scene.parse(small()).to_toml().encode()
+    (tmp_path / "scene.toml").write_bytes(mark + text.replace(b"\n", end_of_line))
+    assert Scene.load(tmp_path / "scene.toml") == Scene.parse(small())

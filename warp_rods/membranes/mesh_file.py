@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,11 @@ __all__ = ["read_mesh"]
 
 MERGED = (8, 6, 5)
 """Decimals, in units of the size of a mesh, to which vertices are merged; the next ones while the mesh is open."""
+LARGEST_FILE = 500_000_000
+"""Bytes of a file, at most: ten million triangles in STL."""
+HEADER = 80
+"""Bytes before the number of triangles in binary STL."""
+ASCII = bytes(range(128)) + b"?" * 128
 SMALLEST_SIZE = 1e-30
 """Smallest size of a mesh."""
 LOOSE = 0.01
@@ -53,8 +59,13 @@ def _triangles_in(path: Path) -> Any:
     """The mesh as it is in the file; raises FileError where it has no triangles between finite points."""
     import trimesh
 
-    try:
-        raw = trimesh.load_mesh(path, process=False)
+    if (size := path.stat().st_size) > LARGEST_FILE:
+        raise FileError(f"has {size / 1e9:.3g} GB: at most {LARGEST_FILE / 1e6:g} MB: use a coarser mesh")
+    kind = path.suffix.lower()
+    data = _with_plain_text(path.read_bytes(), kind)
+    look = {} if kind == ".stl" else {"skip_materials": True}
+    try:  # not by its path, or the files of materials and textures that a mesh names would be read, whatever they are
+        raw = trimesh.load_mesh(io.BytesIO(data), file_type=kind[1:], process=False, **look)
     except Exception as error:  # each reader of trimesh raises its own
         raise FileError(f"cannot be read as a mesh: {error}") from None
     if not isinstance(raw, trimesh.Trimesh) or not len(raw.faces):
@@ -66,6 +77,21 @@ def _triangles_in(path: Path) -> Any:
     if (far := float(np.abs(raw.vertices).max())) > LARGEST:
         raise FileError(f"contains coordinates up to {far:.3g}; at most {LARGEST:g}: use other units")
     return raw
+
+
+def _with_plain_text(data: bytes, kind: str) -> bytes:
+    """The content of a file whose names and comments, which may be in any encoding, can be decoded."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if kind == ".ply":
+        end = data.find(b"end_header")
+    else:
+        triangles = int.from_bytes(data[HEADER : HEADER + 4], "little")
+        end = HEADER if kind == ".stl" and len(data) == HEADER + 4 + 50 * triangles else len(data)
+    try:
+        data[:end].decode()
+    except UnicodeDecodeError:
+        return data[:end].translate(ASCII) + data[end:]
+    return data
 
 
 def _mended(vertices: np.ndarray, faces: np.ndarray, place: Place) -> tuple[Any, list[str]]:

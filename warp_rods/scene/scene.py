@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
 import os
@@ -23,6 +24,9 @@ from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
+
+LARGEST_FILE = 100_000_000
+"""Bytes of a scene in TOML, at most."""
 
 
 class Scene(Table):
@@ -52,10 +56,14 @@ class Scene(Table):
         if not isinstance(path, (str, os.PathLike)):
             raise SceneError(f"path = {shown(path)}: must be the path of a scene file")
         try:
-            text = Path(path).read_text(encoding="utf-8-sig")
+            with Path(path).open("rb") as file:  # a device has no size to look at, and may have no end
+                data = file.read(LARGEST_FILE + 1)
+            if len(data) > LARGEST_FILE:
+                raise SceneError(f"{path}: must have at most {LARGEST_FILE / 1e6:g} MB")
+            text = io.StringIO(data.decode("utf-8-sig"), newline=None).read()
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file") from None
-        except (OSError, ValueError) as error:
+        except (OSError, UnicodeError) as error:
             raise SceneError(f"{path}: cannot be read as text: {error}") from None
         try:
             return cls.parse(text, Path(path).resolve().parent)
@@ -80,7 +88,10 @@ class Scene(Table):
         for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
             if isinstance(surface, dict) and isinstance(surface.get("file"), str):
                 surface["file"] = str(Path(folder) / surface["file"])
-        return cls(**tables)
+        try:
+            return cls(**tables)
+        except RecursionError:
+            raise SceneError("tables or lists are nested too deeply: those of a scene have a few levels") from None
 
     def __repr__(self) -> str:
         ensembles = [

@@ -157,8 +157,8 @@ def _go_on_from(simulation: Simulation, kept: RunFolder, state: State, report: R
     simulation.restore(state)
     kept.continues_from = simulation.now
     simulation.new_failures()  # told before; raises where no rod is left
-    stop_for_failures(simulation)
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
+    stop_for_failures(simulation)
     report.note(f"continuing from t = {simulation.now:g}{more}")
     if not simulation.finished:
         _tell_needs(simulation, report)

@@ -57,12 +57,23 @@ def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
     remove_partial(path)  # of an export that was killed
     stage = _new_stage(run, Scene.parse(run.attrs["scene"]))
     try:
-        if not stage.GetRootLayer().Export(str(temporary)):
-            raise RunFolderError(f"{path} cannot be written: check that the folder exists and is writable.")
+        _write(stage, temporary, path)
         temporary.replace(path)
     finally:
         remove_partial(path)
     return path
+
+
+def _write(stage: Any, temporary: Path, path: Path) -> None:
+    """Write the stage; raises RunFolderError with the reason, such as a full disk, where that fails."""
+    from pxr import Tf
+
+    try:
+        why = "" if stage.GetRootLayer().Export(str(temporary)) else "check that the folder exists and is writable"
+    except Tf.ErrorException as failure:
+        why = failure.args[0].commentary
+    if why:
+        raise RunFolderError(f"{path} cannot be written: {why}.")
 
 
 def _new_stage(run: xr.DataTree, scene: Scene) -> Any:

@@ -51,7 +51,13 @@ def test_waiting_tells_that_something_goes_on(log):
     assert log.file.getvalue() == before
 
 
-@pytest.mark.parametrize(("seconds", "said"), [(40, "40 s"), (600, "10 min"), (9000, "2.5 h"), (1e5, "28 h")])
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        *((0.2, "0 s"), (40, "40 s"), (80, "80 s"), (200, "3.3 min"), (600, "10 min"), (9000, "2.5 h"), (10800, "3 h")),
+        *((1e5, "28 h"), (3e5, "3.5 days"), (1e10, "320 years")),
+    ],
+)
 def test_durations_in_words(seconds, said):
     assert progress.in_words(seconds) == said
 

@@ -29,10 +29,11 @@ KINDS = {
 INTRODUCTION = """\
 # Verification
 
-Numbers of warp_rods beside what they should be. Each row is a comparison that a test makes: what is compared, with
-what, how far the two may be apart, and the value found. `±` is two-sided. `≤` bounds an error, which is zero or
-positive. Of several values compared at once the worst is shown, with their number. References in brackets are equations
-of the dissertation; § refers to [model.md](model.md). The name of a check leads to its test.
+Numbers of warp_rods beside what they should be, by the equations of [model.md](model.md): whether these describe a
+given experiment is another question, which nothing here answers. Each row is a comparison that a test makes: what is
+compared, with what, how far the two may be apart, and the value found. `±` is two-sided. `≤` bounds an error, which is
+zero or positive. Of several values compared at once the worst is shown, with their number. References in brackets are
+equations of the dissertation; § refers to [model.md](model.md). The name of a check leads to its test.
 
 The report is made by
 
@@ -88,6 +89,8 @@ def written(rows: Iterable[Row], broken: Iterable[str], root: Path) -> str:
     rows, broken, today = list(rows), sorted(broken), datetime.now(UTC).date().isoformat()
     failed = [row for row in rows if not row.passed]
     parts = [INTRODUCTION, _made_with(root, today), _counts(rows, failed, broken)]
+    if failed:
+        parts.append("## Checks that failed\n\n" + _table(failed, today))
     if broken:
         parts.append(
             "## Tests that failed without a value\n\n" + "".join(f"- **failed**: `{test}`\n" for test in broken)

@@ -176,7 +176,8 @@ def main() -> None:
             start_warp()
             app()
     except Interrupted as signal:
-        print(f"stopped by {signal.name}", file=sys.stderr)
+        if not signal.told:
+            print(f"stopped by {signal.name}", file=sys.stderr)
         for process in multiprocessing.active_children():  # those that reproduce figures
             process.terminate()
         raise

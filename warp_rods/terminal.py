@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import io
 import os
+import select
 import sys
 import unicodedata
 
@@ -47,7 +48,9 @@ class _Lasting(io.FileIO):
 
     def write(self, data) -> int:
         try:
-            return super().write(data) or 0
+            while (written := super().write(data)) is None:  # a pipe that does not block is full
+                select.select([], [self], [])
+            return written
         except OSError:
             null = os.open(os.devnull, os.O_WRONLY)
             os.dup2(null, self.fileno())

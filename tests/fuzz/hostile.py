@@ -22,7 +22,9 @@ MOST_CHANGES = 3
 def changed(tables: dict[str, Any], rng: random.Random) -> dict[str, Any]:
     """The scene, which is changed, with one fault or a few."""
     for _ in range(rng.randint(1, MOST_CHANGES)):
-        holder, key = rng.choice(list(places(tables)))
+        if not (found := list(places(tables))):
+            break
+        holder, key = rng.choice(found)
         rng.choice(CHANGES)(holder, key, rng)
     return tables
 
@@ -40,8 +42,8 @@ def _value(holder: Any, key: Any, rng: random.Random) -> None:
 
 
 def _scaled(holder: Any, key: Any, rng: random.Random) -> None:
-    if isinstance(holder[key], (int, float)) and math.isfinite(holder[key]):
-        holder[key] = float(min(abs(holder[key]), 1e300)) * 10.0 ** rng.uniform(-8, 8) * rng.choice((1, 1, 1, -1))
+    if isinstance(holder[key], (int, float)) and -1e300 < holder[key] < 1e300:
+        holder[key] = abs(float(holder[key])) * 10.0 ** rng.uniform(-8, 8) * rng.choice((1, 1, 1, -1))
 
 
 def _whole(holder: Any, key: Any, rng: random.Random) -> None:

@@ -71,8 +71,8 @@ def _few_steps(scene: Any) -> None:
     if not simulation.by_error:
         exhaust(simulation.together.advance(simulation.step_size, 1))
     elif simulation.own_steps:
-        natural = min(e.natural_time for e in simulation.ensembles.values())
-        exhaust(simulation._advance_to(min(scene.time.end, 1e-3 * natural)))
+        first = min(e.first_step for e in simulation.ensembles.values())
+        exhaust(simulation._advance_to(min(scene.time.end, 100 * first)))
     else:
         for _, _ in zip(range(3), simulation._advance_to(scene.time.end), strict=False):
             pass

@@ -27,8 +27,10 @@ def test_rows_compare_numbers_and_statements():
 
 
 @pytest.mark.long
-def test_every_file_is_written(tmp_path):
-    console = Console(record=True, width=150)
+def test_every_file_is_written(tmp_path, monkeypatch):
+    """And without a terminal lines tell what is running."""
+    monkeypatch.setattr(reproduce, "LINE_EVERY", 0.1)
+    console = Console(record=True, width=150, force_terminal=False)
     (outcome,) = reproduce.run(["stiffness"], quick=True, out=tmp_path, console=console)
     assert not outcome.error
     assert [path.name for path in outcome.files] == [
@@ -39,6 +41,7 @@ def test_every_file_is_written(tmp_path):
         table = list(csv.DictReader(file))
     assert [row["quantity"] for row in table] == [row.quantity for row in outcome.rows]
     text = console.export_text()
+    assert "0 of 1 done; running stiffness (" in text
     assert "published" in text and "3.6e-25" in text and "stiffness.png" in text
 
 

@@ -73,6 +73,7 @@ def faults(scene) -> list[str]:
             {"filaments__intrinsic": [0, float("nan"), 0]},
             "filaments[0].intrinsic[1] = nan: must be 3 numbers",
         ),
+        ({"filaments__stiffness": [1, 2e10, 1]}, "filaments[0].stiffness = [1, 20000000000.0, 1]: one is 2e+10 times"),
         ({"filaments__drag": [1, 2, -0.1]}, "filaments[0].drag[2] = -0.1: must be 3 numbers"),
         ({"filaments__drag": [0, 2, 0]}, "filaments[0].drag[0] = 0: must be 3 numbers"),
         ({"filaments__ends": ["free", "loose"]}, 'filaments[0].ends[1] = "loose": must be a pair such as'),

@@ -27,7 +27,7 @@ import numpy as np
 from warp_rods import workflow
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import run_folder, runner
+from warp_rods.simulation import run_folder, runner, saver
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.run_folder import RunFolder
@@ -292,7 +292,7 @@ def main(top: Path, count: int, seed: int, kinds: list[str]) -> None:
     from pxr import Usd  # noqa: F401  here, so that forks have it
 
     logging.getLogger("warp_rods").setLevel(logging.ERROR)
-    runner.CHECKPOINT_EVERY = 0.0
+    saver.CHECKPOINT_EVERY = 0.0
     write_ball(top)
     killer, kinds = Killer(top, seed), kinds or list(SCENES)
     for kind in kinds:

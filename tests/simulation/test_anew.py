@@ -9,7 +9,7 @@ import trimesh
 
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import run_folder, runner
+from warp_rods.simulation import checkpoint, runner
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.trajectory import open_run
@@ -129,7 +129,7 @@ def damage_checkpoint(folder: Path) -> None:
 
 def age_checkpoint(folder: Path) -> None:
     state = dict(np.load(folder / "checkpoint.npz"))
-    np.savez(folder / "checkpoint.npz", **state | {"format": np.array(run_folder.FORMAT - 1)})
+    np.savez(folder / "checkpoint.npz", **state | {"format": np.array(checkpoint.FORMAT - 1)})
 
 
 def drop_store(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""A run continues only with its own scene: every key but ``time.end`` and ``output.usd`` is compared, and named."""
+"""A run continues only with its own scene: every key but those that may change is compared, and named."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +33,7 @@ EXPRESSION = {
     "kind": "expression", "phi": "x**2 + y**2 + z**2 - R**2", "box": [[-2, 2], [-2, 2], [-2, 2]],
     "parameters": {"R": 1.0},
 }  # fmt: skip
-COMMON = {"title": "a run", "seed": 3, "units": {"length": "1 um"}}
+COMMON = {"title": "a run", "seed": 3, "units": {"length": "1 um"}, "on_failure": "stop"}
 TIME = {"end": 1.0, "step": 1e-3, "save_every": 0.1}
 STERIC = {"strength": 40.0, "range": 0.05, "core": 0.07}
 RICH = {
@@ -63,10 +63,10 @@ OTHER_WORDS = {
     "a run": "another", "f": "other", "g": "other", "c": "other", "clamped": "free", "1 um": "1 nm", "tanh": "uniform",
     "relaxing": "held", "mode": "straight", "start": "middle", "energy": "tension", "energy_density": "status",
     "inside": "outside", "random": "aligned", "polar lanes": "bands", "slab": "periodic", "container": "slab",
-    "periodic": "slab", "ellipsoid": "sphere", "expression": "sphere",
+    "periodic": "slab", "ellipsoid": "sphere", "expression": "sphere", "stop": "continue",
     "x**2 + y**2 + z**2 - R**2": "x**2 + y**2 + 2*z**2 - R**2",
 }  # fmt: skip
-MAY_CHANGE = {"time.end", "output.usd"}
+MAY_CHANGE = {"time.end", "output.usd", "on_failure"}
 WHOLE = {
     "shape.kind": {"kind": "straight"}, "box.kind": {"kind": "periodic", "size": [4.0, 4.0, 4.0]},
     "surface.kind": {"kind": "sphere", "radius": 2.5}, "flagella.profile": {"profile": "uniform"},

@@ -14,6 +14,7 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import estimates, timing
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.runner import simulate
 
 CELLS = {"name": "c", "count": 2, "nodes": 17, "bend": 1e-2, "twist": 1e-3}
@@ -217,6 +218,20 @@ def test_a_run_that_does_not_fit_on_the_disk_is_refused_before_it_writes(tmp_pat
     assert not estimates.check_disk(cells, folder)
 
 
+def test_a_run_that_is_replaced_leaves_its_room_to_the_new_one(tmp_path, monkeypatch):
+    """What is there of a run is free for its rest, and for another one in its place; other files are not."""
+    cells = scene(swimmers=[CELLS], time={"end": 1e-3, "save_every": 1e-4})
+    simulate(cells, tmp_path / "run", device="cpu")
+    needed, there = estimates.disk_bytes(cells), RunFolder.size(tmp_path / "run")
+    (tmp_path / "run" / "notes").write_bytes(b"0" * 1000)
+    assert there == RunFolder.size(tmp_path / "run") > 0.1 * needed
+    free = namedtuple("Usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda where: free(10 * needed, 0, needed - 0.9 * there))
+    with pytest.raises(SceneError, match="fit"):
+        simulate(cells, tmp_path / "other", device="cpu")
+    simulate(cells, tmp_path / "run", device="cpu", overwrite=True)
+
+
 # --- time -------------------------------------------------------------------------------------------------------------
 
 MOVING = {
@@ -272,12 +287,13 @@ def test_steps_that_are_long_already_are_not_taken_to_become_shorter():
     assert timing._settled_step(simulation, 1e5) == min(1e5, simulation.together.longest)
 
 
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [(0.2, "1 s"), (80, "80 s"), (200, "3.3 min"), (10800, "3 h"), (3e5, "3.5 days"), (1e10, "320 years")],
-)
-def test_times_in_words(seconds, words):
-    assert estimates.shown_seconds(seconds) == words
+def test_a_run_that_is_continued_is_told_how_long_its_rest_takes(tmp_path):
+    """Of twenty steps ten are left; those before are not counted again."""
+    given = [scene(swimmers=[CELLS], time={"end": end, "step": 1e-3, "save_every": 5e-3}) for end in (0.01, 0.02)]
+    first = simulate(given[0], tmp_path / "run", device="cpu")
+    assert any(line.endswith("1 s on this machine (by the first 10 steps)") for line in first.messages)
+    rest = simulate(given[1], tmp_path / "run", device="cpu", resume=True)
+    assert any(line.endswith("1 s more on this machine (by the first 10 steps)") for line in rest.messages)
 
 
 @pytest.mark.parametrize(("size", "words"), [(10, "1 kB"), (4e6, "4 MB"), (2.94e10, "29 GB"), (3.2e16, "32 PB")])

@@ -15,6 +15,7 @@ from warp_rods.rods.ensemble import Failure
 from warp_rods.rods.status import Status
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses
+from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.runner import simulate
 from warp_rods.simulation.trajectory import open_run
@@ -59,6 +60,8 @@ def test_a_run_can_end_at_the_first_loss_and_go_on_later(tmp_path):
     whole = simulate(scene(SOUND, DOOMED), tmp_path / "b", device="cpu")
     np.testing.assert_array_equal(on.data["cells"].position, whole.data["cells"].position)
     assert len(on.lost) == 1
+    assert sum("lost: cells: rod 1" in line for line in on.data.attrs["messages"]) == 1  # and not after each resume
+    assert check_run(tmp_path / "a").endswith("no damage; 1 of cells were lost")
 
 
 def test_a_run_that_loses_nothing_does_not_stop(tmp_path):
@@ -103,7 +106,7 @@ def test_many_losses_are_summarised():
     assert len(losses.lines({"cells": rods})) == losses.frozen({"cells": rods}) == 90
 
 
-def test_a_run_that_loses_a_thousand_rods_stays_readable(tmp_path, caplog):
+def test_a_run_that_loses_hundreds_of_rods_stays_readable(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, "warp_rods"):
         run = simulate(scene(SOUND, *[DOOMED] * 300), tmp_path, device="cpu")
     assert len(run.lost) == 300 and len(caplog.messages) <= 8

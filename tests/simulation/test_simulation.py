@@ -6,7 +6,7 @@ import pytest
 from warp_rods import workflow
 from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Frames, Simulation
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.trajectory import open_run
@@ -99,7 +99,7 @@ def test_the_folder_of_a_run_can_be_read(tmp_path):
 
 def test_an_interrupted_run_resumes_with_the_same_bits(tmp_path, monkeypatch, verified):
     whole = runner.simulate(scene(), tmp_path / "whole", device="cpu").data
-    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(saver, "CHECKPOINT_EVERY", 0.0)
     stopped = tmp_path / "stopped"
 
     real, calls = Simulation.to_next_frame, []
@@ -159,7 +159,7 @@ def test_nothing_is_written_for_an_impossible_scene(tmp_path):
     with pytest.raises(SceneError, match=r"filaments\[0\]\.length = 20"):
         runner.simulate(scene(filaments=[long]), tmp_path / "none", device="cpu")
     dense = {**SCENE["filaments"][0], "count": 40}
-    with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40.*fit 0.5 apart"):
+    with pytest.raises(SceneError, match=r"filaments\[0\]\.count = 40: .* at most \d+ could fit"):
         runner.simulate(scene(filaments=[dense], steric={"strength": 1, "range": 1, "core": 0.5}), tmp_path / "none")
     assert not (tmp_path / "none").exists()
 

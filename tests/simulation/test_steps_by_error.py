@@ -6,7 +6,7 @@ import pytest
 import warp_rods as wr
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Simulation
 
 CELL = {"name": "c", "count": 3, "nodes": 33, "bend": [5e-3, 2e-3, 1e-3], "twist": 1e-3}
@@ -49,7 +49,7 @@ def same(data, other) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_by_error_resumes_with_the_same_bits(name, tmp_path, monkeypatch, verified):
     """Stopped at a frame and resumed, with a hook at odd times in one of the two parts only."""
-    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(saver, "CHECKPOINT_EVERY", 0.0)
     seen = []
 
     def stop(simulation: Simulation) -> None:

@@ -6,7 +6,7 @@ import xarray as xr
 
 from warp_rods.analysis.crossings import crossings
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.trajectory import open_run
 
@@ -76,7 +76,7 @@ def test_an_interrupted_swarm_resumes_with_the_same_bits(tmp_path, monkeypatch):
     """With long steps that contact divides, interrupted between two frames."""
     scene = film(end=0.2, step=4e-3)
     whole = runner.simulate(scene, tmp_path / "whole", device="cpu").data
-    monkeypatch.setattr(runner, "CHECKPOINT_EVERY", 0.0)
+    monkeypatch.setattr(saver, "CHECKPOINT_EVERY", 0.0)
     real, calls = Simulation.to_next_frame, []
 
     def interrupted(self):

@@ -66,7 +66,7 @@ class Region:
             period[2] = max(box.height - 2 * box.wall.range, 0.0)
         return cls(-period / 2, period / 2, flat=box.kind == "slab")
 
-    def volume(self, core: float, clearance: float) -> float:
+    def volume(self, clearance: float) -> float:
         """An upper bound of the volume that rods with a clearance between them can use, their surroundings included."""
         sides = self.high - self.low
         if self.container is None:
@@ -214,7 +214,7 @@ def _find_poses(
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
     if region.container:  # rods that are too long for it are told as such
         region.draw(arrangement, shapes[:1], np.random.default_rng(0))
-    refuse_crowd(extents(shapes), core if region.container else clearance, region.volume(core, clearance))
+    refuse_crowd(extents(shapes), core if region.container else clearance, region.volume(clearance))
     space = OccupiedSpace(others, np.array(scene.period))
     if arrangement != "random" or region.container:
         found = without_overlap(len(shapes), draw, clearance, space)

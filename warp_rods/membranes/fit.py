@@ -142,7 +142,7 @@ def _grid(raw: Raw, spacing: np.ndarray, width: float) -> Grid3D:
     margin = MARGIN * width + spacing
     low = np.maximum(raw.bodies.triangles.low - margin, raw.low)
     high = np.minimum(raw.bodies.triangles.high + margin, raw.high)
-    count = np.ceil((high - low) / spacing * (1 - 1e-9)).astype(int) + 1
+    count = np.minimum(np.ceil((high - low) / spacing * (1 - 1e-9)), MOST_NODES).astype(int) + 1
     spare = (count - 1) * spacing - (high - low)  # at ends of the data there is none beyond
     first = low - np.where(np.isfinite(raw.low), 0.0, np.where(np.isfinite(raw.high), spare, spare / 2))
     return Grid3D(first, spacing, count)

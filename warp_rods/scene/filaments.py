@@ -41,6 +41,8 @@ class Placement(Table):
     )
 
 
+MOST_STIFFER = 1e10
+"""The largest ratio of two stiffnesses of a filament."""
 NO_TIP = ': filaments grow at free tips, and ends = ["clamped", "clamped"] has none: free one end, or leave growth out'
 """The fault of a growth without a free tip."""
 
@@ -141,9 +143,19 @@ class FilamentsTable(EnsembleTable):
                 vectors=("stiffness", "intrinsic", "drag", "growth.time", "growth.length"),
             ),
             *_node_faults(raw, good),
+            *_stiffness_faults(good),
             *_tip_faults(raw, good),
             *_body_faults(good),
         ]
+
+
+def _stiffness_faults(good: dict[str, Any]) -> Faults:
+    """Stiffnesses so different that round-off of the larger hides the smaller, and no step is short enough."""
+    for row in _rows(good.get("stiffness", ())):
+        if row and max(row) > MOST_STIFFER * min(row):
+            text = f" = {shown(row)}: one is {max(row) / min(row):.3g} times another; at most {MOST_STIFFER:g} times"
+            return [fault(("stiffness",), row, text)]
+    return []
 
 
 def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

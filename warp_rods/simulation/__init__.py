@@ -3,8 +3,8 @@
 layout, surfaces                     the surfaces and ensembles of a scene on a device
 loop, frames, hooks                  the loop from frame to frame, and user functions called during a run
 watch, report                        warnings about results; messages of a run
-runner                               one run into its folder, with progress
-run_folder, files                    the folder: scene, trajectory, checkpoint; files replaced as a whole
+runner, opening, saver               one run into its folder, with progress: how it begins, what it saves
+run_folder, checkpoint, files        the folder: scene, trajectory, checkpoint; files replaced as a whole
 begun, kept_surfaces                 the run that a folder holds, and the surfaces that it keeps
 leftovers, storage                   what killed runs leave; full disks in words
 interruption, stopping, portions     signals, and leaving a run between two frames

@@ -25,7 +25,7 @@ __all__ = ["KEPT", "Begun"]
 KEPT = "kept_surfaces"
 """The attribute of the root of a store with hashes and origins of the surfaces that the folder keeps."""
 MAY_CHANGE = ("time.end", "output.usd", "on_failure")
-"""Keys that may change: how far a run goes, and what is made of it at its end."""
+"""Keys that may change: how far a run goes, also after a loss, and what is made of it at its end."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Begun:
         """The scene that continues the run: on its surfaces; with its nodes, step and frames where they are not given.
 
         What is chosen follows ``time.end``: without this no run could be made longer. Raises RunFolderError with every
-        difference where ``scene`` is not that of the run; only ``time.end`` and ``output.usd`` may change.
+        difference where ``scene`` is not that of the run, other than ``MAY_CHANGE``.
         """
         edited: dict[str, str] = {}
         files: dict[str, str] = {}
@@ -81,8 +81,8 @@ class Begun:
         if differences:
             lines = "\n".join(f"  {line}" for line in differences.values())
             raise RunFolderError(
-                f"the run in {self.path} differs from the scene given in {', '.join(differences)}: only time.end may "
-                f"change, to continue it\n{lines}\n"
+                f"the run in {self.path} differs from the scene given in {', '.join(differences)}: only "
+                f"{', '.join(MAY_CHANGE)} may change, to continue it\n{lines}\n"
                 f"To continue the run as it was begun: warp-rods run {self.path / 'scene.toml'} --out {self.path} "
                 f"--resume. To run the scene given: another --out, or --overwrite."
             )

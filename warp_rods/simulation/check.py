@@ -10,11 +10,13 @@ from typing import Any
 import xarray as xr
 
 from warp_rods.errors import RunFolderError
+from warp_rods.rods.status import Status
 from warp_rods.simulation.begun import KEPT
+from warp_rods.simulation.checkpoint import CHECKPOINT, read_checkpoint
 from warp_rods.simulation.document import FRAMES, METADATA, Document, moves
 from warp_rods.simulation.files import digest
 from warp_rods.simulation.reading import open_run
-from warp_rods.simulation.run_folder import CHECKPOINT, SCENE, read_checkpoint
+from warp_rods.simulation.run_folder import SCENE
 from warp_rods.simulation.store import STORE
 
 __all__ = ["check_run"]
@@ -37,7 +39,20 @@ def check_run(path: str | Path) -> str:
         raise RunFolderError(f"{path}: {len(faults)} fault{'s' if len(faults) > 1 else ''}\n{lines}")
     files = sum(file.is_file() for file in (path / STORE).rglob("*"))
     sound = "no damage" if document.checked else "readable; this earlier version wrote no checksums"
-    return f"{path}: {document.frames} complete frames of {', '.join(document.groups)}, {files} files: {sound}"
+    return (
+        f"{path}: {document.frames} complete frames of {', '.join(document.groups)}, {files} files: {sound}"
+        f"{_lost(data)}"
+    )
+
+
+def _lost(data: xr.DataTree) -> str:
+    """How many rods of each ensemble the run has lost, where it has."""
+    lost = {
+        name: int((group["status"].isel(frame=-1) != Status.OK).sum())
+        for name, group in data.children.items()
+        if group.sizes.get("frame")
+    }
+    return "".join(f"; {number} of {name} were lost" for name, number in lost.items() if number)
 
 
 def _data_faults(data: xr.DataTree) -> Iterator[str]:

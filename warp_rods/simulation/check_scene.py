@@ -27,7 +27,10 @@ def check_scene(path: str | Path) -> str:
     with waiting("compiling kernels (once on a machine, then cached), and trying a few steps"):
         simulation.warm_up()
         estimates = timing.lines(simulation)
-    rods = [f"{name}: {e.count} rods of {e.nodes} nodes" for name, e in simulation.ensembles.items()]
+    rods = [
+        f"{name}: {e.count} rod{'s' if e.count > 1 else ''} of {e.nodes} nodes"
+        for name, e in simulation.ensembles.items()
+    ]
     count = len(warnings)
     result = f"{count} warning{'s' if count > 1 else ''}" if count else "no problems found"
     said = [f"warning: {line}" for line in warnings]

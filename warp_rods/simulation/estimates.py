@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from warp_rods.device import device as device_of
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.scene.ensemble import AUTO
@@ -113,10 +114,10 @@ def memory(scene: Scene) -> float:
 def check_memory(scene: Scene, device: Any = None) -> None:
     """Raises SceneError naming the largest table of a scene that needs too much memory, and how many rods would fit.
 
-    device: a CUDA device of Warp, whose memory is checked besides that of the machine.
+    device: where the rods will be; the memory of a CUDA device is checked besides that of the machine.
     """
     _check(list(needs(scene)), "rod", PROCESS, memory_of_machine(), "this machine")
-    if device is not None and device.is_cuda:
+    if device is not None and (device := device_of(device)).is_cuda:
         _check(list(needs(scene)), "rod_on_device", 0.0, float(device.free_memory), f"{device.alias} (free)")
 
 
@@ -174,16 +175,16 @@ def disk_bytes(scene: Scene) -> float:
     return found
 
 
-def check_disk(scene: Scene, folder: Path, resumed: bool = False) -> list[str]:
+def check_disk(scene: Scene, folder: Path, there: float = 0.0) -> list[str]:
     """Warnings where a run fills more than half of the space that is free where its ``folder`` is.
 
-    Raises SceneError where it does not fit. What a run that is ``resumed`` has written already counts as free.
+    there: bytes of a run in the folder that is continued, or replaced, so that they are not needed again. Raises
+    SceneError where it does not fit.
     """
     where = folder.absolute()
-    written = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file()) if resumed else 0
     while not where.exists() and where != where.parent:
         where = where.parent
-    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - written, frames_of(scene)
+    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - there, frames_of(scene)
     said = f"{frames} frames need about {shown_bytes(needed)} in {folder}, where {shown_bytes(free)} are free"
     if needed > free:
         most = int(frames * free / needed)

@@ -22,7 +22,7 @@ class Interrupted(SystemExit):
 
     def __init__(self, number: int):
         super().__init__(128 + number)
-        self.name = signal.Signals(number).name
+        self.name, self.told = signal.Signals(number).name, False
 
 
 class _Handlers:

@@ -34,7 +34,7 @@ class Simulation(metaclass=Documented):
     """
 
     _unlisted = frozenset(
-        {"by_error", "rod_steps", "interacting", "frozen", "can_be_left", "new_failures", "new_warnings"}
+        {"by_error", "rod_steps", "interacting", "frozen", "can_be_left", "trial", "new_failures", "new_warnings"}
     )
 
     def __init__(self, scene: Scene, device: str | None = None):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import shutil
 from collections.abc import Callable, Mapping
@@ -13,10 +12,10 @@ from typing import Any
 import numpy as np
 from filelock import FileLock, Timeout
 
-from warp_rods.archive import read_archive
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.begun import KEPT, Begun
+from warp_rods.simulation.checkpoint import CHECKPOINT, State, read_checkpoint, write_checkpoint
 from warp_rods.simulation.document import METADATA, Document
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
@@ -24,14 +23,10 @@ from warp_rods.simulation.leftovers import clear_leftovers, is_being_made, new_s
 from warp_rods.simulation.storage import StorageError, told_with_remedy
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
-SCENE, CHECKPOINT, LOCK = "scene.toml", "checkpoint.npz", ".lock"
-FORMAT = 4
-"""Of checkpoints: which arrays make up a state, and which variables its trajectory has."""
+SCENE, LOCK = "scene.toml", ".lock"
 ANIMATION = "animation.usdc"
 PARTS = (SCENE, CHECKPOINT, ANIMATION, *NAMES.values(), STORE)
 """All that a run may leave."""
-
-State = dict[str, np.ndarray]
 
 
 class RunFolder:
@@ -78,6 +73,13 @@ class RunFolder:
                 found = os.stat(file)
                 return found.st_dev, found.st_ino, found.st_mtime_ns
         return ()
+
+    @staticmethod
+    def size(path: Path) -> float:
+        """Bytes of the run that a folder holds."""
+        parts = (path / part for part in PARTS)
+        files = (file for part in parts for file in ([part] if part.is_file() else part.rglob("*")))
+        return float(sum(file.stat().st_size for file in files if file.is_file()))
 
     @staticmethod
     def check_free(path: Path, overwrite: bool) -> None:
@@ -174,25 +176,8 @@ class RunFolder:
 
     def checkpoint(self, state: State) -> None:
         """Replace the checkpoint as a whole: whenever the machine stops, one whole checkpoint is there."""
-        buffer = io.BytesIO()
-        np.savez(buffer, format=np.array(FORMAT), **state)  # type: ignore[arg-type]
         with told_with_remedy(self.path, self._device):
-            replace_file(self.path / CHECKPOINT, buffer.getbuffer(), durable=True)
-
-
-def read_checkpoint(path: Path) -> State:
-    """The last checkpoint in a folder; raises RunFolderError where there is none, or it is damaged."""
-    file = path / CHECKPOINT
-    if not file.is_file():
-        raise RunFolderError(f"{path} has no {CHECKPOINT} to continue from: run the scene again with --overwrite")
-    try:
-        state = read_archive(file)
-        version = int(state.pop("format", 1))
-    except (ValueError, TypeError) as fault:
-        raise RunFolderError(f"{file} is damaged ({fault}): run the scene again with --overwrite") from None
-    if version != FORMAT:
-        raise RunFolderError(f"{file} is of another version of warp-rods: run the scene again with --overwrite")
-    return state
+            write_checkpoint(self.path, state)
 
 
 def starts_anew(path: Path, scene: Scene) -> bool:

@@ -15,26 +15,20 @@ from rich.console import Console
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
-from warp_rods.errors import WarpRodsError
 from warp_rods.progress import Bar, waiting
-from warp_rods.rods.variables import STATIC
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses, timing, trajectory
-from warp_rods.simulation.begun import Begun
+from warp_rods.simulation.checkpoint import State
 from warp_rods.simulation.estimates import check_disk
 from warp_rods.simulation.files import check_writable
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.interruption import Interruption
-from warp_rods.simulation.kept_surfaces import KeptSurfaces
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.output import chosen
-from warp_rods.simulation.report import LOG, Report
-from warp_rods.simulation.run_folder import RunFolder, read_checkpoint, starts_anew
+from warp_rods.simulation.opening import opened, where_to_begin
+from warp_rods.simulation.report import Report
+from warp_rods.simulation.run_folder import RunFolder
+from warp_rods.simulation.saver import Saver, stop_for_failures
 from warp_rods.simulation.stopping import leave, stopping
-from warp_rods.simulation.trajectory import GroupSpec
-
-CHECKPOINT_EVERY = 2.0
-"""Seconds between checkpoints, at most one a frame."""
 
 PARTS = 1000
 """Parts of the progress bar."""
@@ -102,35 +96,21 @@ def simulate(
     device, attached = devices.choose(device), read_hooks(hooks)
     check_writable(folder, "out")
     mark, report = RunFolder.mark(folder), Report()
-    if resume and starts_anew(folder, scene):
-        report.note(f"nothing to continue from in {folder}: starting anew")
-        resume, overwrite = False, True
-    if resume:
-        read_checkpoint(folder)
-        given, scene = scene, Begun.read(folder).continued(scene)
-        if scene.time.save_every != given.time.save_every:
-            report.note(f"time.save_every = {scene.time.save_every:g}, as in the run so far")
-    else:
-        RunFolder.check_free(folder, overwrite)
-    check_disk(scene, folder, resume)
+    scene, resume, overwrite = where_to_begin(scene, folder, resume, overwrite, report)
+    there = RunFolder.size(folder) if resume or overwrite else 0.0
+    check_disk(scene, folder, there)  # before anything is compiled; again when the numbers of nodes are chosen
     simulation = _prepare(scene, device, report, console)
-    for line in check_disk(simulation.scene, folder, resume):
+    for line in check_disk(simulation.scene, folder, there):
         report.warn(line)
+    if not resume:
+        _tell_needs(simulation, report)
     for hook in attached:
         simulation.attach(hook.cadence, hook.function)
-    state: dict[str, np.ndarray] | None = None
     with contextlib.ExitStack() as held:
         interruption = held.enter_context(Interruption())
-        if resume:
-            kept, state = RunFolder.resume(folder, simulation.scene, _attributes(simulation), simulation.restore)
-        else:
-            surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
-            kept = RunFolder.create(
-                folder, _groups(simulation), _attributes(simulation), scene=simulation.scene, surfaces=surfaces,
-                overwrite=overwrite, expected=mark,
-            )  # fmt: skip
+        kept, state = opened(folder, simulation, resume, overwrite, mark)
         held.enter_context(kept)
-        saver = _Saver(kept, report)
+        saver = Saver(kept, report)
         held.push(saver.keep_last_messages)
         simulation.attach(EveryFrame(), saver)
         if state is not None:
@@ -148,55 +128,6 @@ def simulate(
     return Run(folder, simulation.scene, list(simulation.ensembles), seconds, rod_steps, lost, report.messages)
 
 
-class _Saver:
-    """The hook that writes a run: a frame whenever one is reached, a checkpoint now and then."""
-
-    def __init__(self, kept: RunFolder, report: Report):
-        self._kept, self._report = kept, report
-        self._checkpointed = -np.inf
-        self._earlier = kept.writer.messages
-        self._said = 0
-
-    def __call__(self, simulation: Simulation) -> None:
-        output, frame = simulation.scene.output, simulation.variables()
-        saved = {name: chosen(output, simulation.ensembles[name].saved) for name in frame}
-        self._kept.append(
-            simulation.time, {name: {label: values[label] for label in saved[name]} for name, values in frame.items()}
-        )
-        stop_for_failures(simulation)
-        if time.perf_counter() - self._checkpointed > CHECKPOINT_EVERY or simulation.finished:
-            self._checkpointed = time.perf_counter()
-            self._kept.checkpoint(simulation.state())
-            self._kept.continues_from = simulation.time
-        for line in simulation.new_failures():
-            self._report.warn(f"lost: {line}")
-        for line in simulation.new_warnings():
-            self._report.warn(line)
-        self.keep_messages()
-
-    def keep_messages(self) -> None:
-        """Write what the run has said to the trajectory's attributes, where there is more of it."""
-        if len(self._report.messages) > self._said:
-            self._said = len(self._report.messages)
-            self._kept.describe(messages=[*self._earlier, *self._report.messages])
-
-    def keep_last_messages(self, error: type[BaseException] | None, *_: object) -> None:
-        """Write them at the end of a run, whose outcome does not depend on it; ``error`` has ended the run."""
-        try:
-            self.keep_messages()
-        except WarpRodsError as fault:
-            if error is None:
-                LOG.warning(f"the last messages of the run are not in its trajectory: {fault}")
-
-
-def stop_for_failures(simulation: Simulation) -> None:
-    """End the run where a rod was lost and the scene says so."""
-    if simulation.scene.on_failure == "stop" and simulation.frozen:
-        simulation.stop(
-            'a rod was lost, and on_failure = "stop"; to go on without it: on_failure = "continue", --resume'
-        )
-
-
 def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Simulation:
     """Lay the scene out and compile its kernels, saying so: on a cold cache that takes a while."""
     start = time.perf_counter()
@@ -211,19 +142,26 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         report.note(line)
     for line in simulation.warnings:
         report.warn(line)
-    for line in timing.lines(simulation):
-        report.note(line)
-    report.note(simulation.pace)
     return simulation
 
 
-def _go_on_from(simulation: Simulation, kept: RunFolder, state: dict[str, np.ndarray], report: Report) -> None:
+def _tell_needs(simulation: Simulation, report: Report) -> None:
+    """What the rest of the run needs, and its steps."""
+    for line in timing.lines(simulation):
+        report.note(line)
+    report.note(simulation.pace)
+
+
+def _go_on_from(simulation: Simulation, kept: RunFolder, state: State, report: Report) -> None:
     """Put the simulation where the checkpoint has it."""
     simulation.restore(state)
     kept.continues_from = simulation.now
+    simulation.new_failures()  # told before; raises where no rod is left
     more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
     stop_for_failures(simulation)
     report.note(f"continuing from t = {simulation.now:g}{more}")
+    if not simulation.finished:
+        _tell_needs(simulation, report)
 
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:
@@ -263,30 +201,3 @@ def _steps_by_error(simulation: Simulation) -> str:
     return (
         f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} more were repeated shorter"
     )
-
-
-def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
-    period, output = np.array(simulation.scene.period), simulation.scene.output
-    space = {"period": np.where(period > 0, period, np.inf)}
-    return {
-        name: GroupSpec(
-            e.count,
-            e.nodes,
-            chosen(output, e.saved),
-            {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
-            output.frames_per_file if output else None,
-        )
-        for name, e in simulation.ensembles.items()
-    }
-
-
-def _attributes(simulation: Simulation) -> dict[str, Any]:
-    scene = simulation.scene
-    return {
-        "title": scene.title,
-        "seed": scene.seed,
-        "device": str(simulation.device),
-        "step": "chosen by error" if simulation.by_error else simulation.step_size,
-        "units": f"length {scene.units.length}" if scene.units else "dimensionless",
-        "scene_hash": scene.hash(),
-    }

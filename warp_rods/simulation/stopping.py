@@ -27,7 +27,9 @@ def stopping(simulation: Simulation, kept: RunFolder, report: Report) -> Iterato
     try:
         yield
     except (KeyboardInterrupt, Interrupted) as signal:
-        by = f" by {signal.name}" if isinstance(signal, Interrupted) else ""
+        by = ""
+        if isinstance(signal, Interrupted):
+            by, signal.told = f" by {signal.name}", True
         report.note(
             f"stopped at t = {simulation.now:g}{by}; {kept.path} is readable, --resume continues from "
             f"t = {kept.continues_from:g}: {how_to_continue(kept.path, str(simulation.device))}"

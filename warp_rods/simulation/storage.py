@@ -28,7 +28,7 @@ REMEDIES = {
     errno.EMFILE: ("Too many files are open", "raise the limit on open files (ulimit -n)"),
 }
 """What has happened, and what the user can do about it, by the number of the error."""
-OTHERWISE = ("{folder} cannot be written", "see to that")
+OTHERWISE = ("{folder} cannot be written", "mend what the system reports here")
 
 
 def how_to_continue(folder: Path, device: str) -> str:

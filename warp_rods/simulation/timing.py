@@ -17,8 +17,9 @@ from warp_rods.simulation.loop import Simulation
 
 BUDGET = 1.0
 """Seconds after which no more steps are tried."""
-FIRST_SPAN = 1e-3
-"""The first time over which steps by error are tried, in natural times; each further one is twice as long."""
+FIRST_SPAN = 100
+"""The first time over which rods take steps of their own, in units of their first step; each further one is twice as
+long."""
 SETTLED = {"filaments": 10.0, "swimmers": 0.2}
 """Steps by error become about so many natural times long, by the kind of rods: in the shipped scenes within a factor of
 five or so."""
@@ -64,7 +65,7 @@ def _equal(simulation: Simulation, budget: float) -> tuple[float, str]:
 def _own(simulation: Simulation, budget: float) -> tuple[float, str]:
     """Of steps that each rod takes by its error; where they became no longer, as many a time as in the last span."""
     begun, end, before, rate = time.perf_counter(), simulation.scene.time.end, simulation.rod_steps, 0.0
-    span = FIRST_SPAN * min(e.natural_time for e in simulation.ensembles.values())
+    span = FIRST_SPAN * min(e.first_step for e in simulation.ensembles.values())
     while simulation.now < end and time.perf_counter() - begun < budget / 3:
         started, since = time.perf_counter(), simulation.now
         exhaust(simulation._advance_to(min(since + span, end)))
@@ -82,10 +83,11 @@ def _own(simulation: Simulation, budget: float) -> tuple[float, str]:
 def _together(simulation: Simulation, budget: float) -> tuple[float, str]:
     """Of steps by error that all rods take together."""
     begun, end, control = time.perf_counter(), simulation.scene.time.end, simulation.together.control
+    before = control.taken + control.rejected
     for _ in simulation._advance_to(end):
         if time.perf_counter() - begun > budget:
             break
-    spent, tried, left = time.perf_counter() - begun, control.taken + control.rejected, end - simulation.now
+    spent, tried, left = time.perf_counter() - begun, control.taken + control.rejected - before, end - simulation.now
     if left <= 0 or not tried:
         return spent, ""
     longest = _settled_step(simulation, control.step)
@@ -103,13 +105,14 @@ def _settled_step(simulation: Simulation, reached: float = 0.0) -> float:
 
 
 def lines(simulation: Simulation) -> list[str]:
-    """What a run needs, and the times on which rods change beside those of the run, for the user."""
+    """What a run needs, its rest where it is continued, and the times on which rods change beside those of the run."""
     scene = simulation.scene
     seconds, basis = estimated_seconds(simulation)
     needed = memory(scene) + sum(s.grid.nbytes for s in simulation.surfaces.values() if s and s.grid is not None)
+    long = f"{in_words(max(seconds, 1.0))}{' more' if simulation.now > 0 else ''} on this machine"
     size = (
         f"about {shown_bytes(disk_bytes(scene))} on disk in {frames_of(scene)} frames, {shown_bytes(needed)} of "
-        f"memory, {in_words(seconds)} on this machine{f' ({basis})' if basis else ''}"
+        f"memory, {long}{f' ({basis})' if basis else ''}"
     )
     times = [f"{name} {e.natural_time:.2g}" for name, e in simulation.ensembles.items()]
     steps = "" if simulation.by_error else f"Δt = {simulation.step_size:.3g}, "

@@ -127,6 +127,7 @@ def test_two_hands_are_degenerate_on_a_cylinder_only_without_twist(verified):
     )  # fmt: skip
     rods.step(4e-3, 10_000)
     twist, energy = rods.strain[:, 16, 0], rods.variables()["energy"]
+    assert twist[0] == pytest.approx(-twist[1], rel=1e-8) and abs(twist[0]) > 0.1
     exact = np.sin(2 * both) / (2 * 0.7)
     verified(
         "exact", "filament on a cylinder without σ1: twists of both hands", measured=np.sort(twist),

@@ -135,7 +135,9 @@ class Moments:
 
         def steps(*arguments):
             with self.doing(kind()):
-                yield from real(*arguments)
+                for done in real(*arguments):
+                    self.change()  # so that kills can fall on steps, however short they are
+                    yield done
 
         setattr(owner, name, steps if generator else noted)
 
@@ -280,7 +282,7 @@ def exited(child: int) -> bool:
 
 
 PLAN = (
-    (START, "fresh", True), (FIRST, "fresh", True), (START, "replaced", True), (STEP, "fresh", False),
+    (START, "fresh", True), (FIRST, "fresh", True), (START, "replaced", True), (STEP, "fresh", True),
     (FRAME, "fresh", True), (CHECKPOINT, "resumed", True), (SCENE, "fresh", True), (SCENE, "resumed", True),
     (RESUME, "resumed", True), (FRAME, "resumed", False), (STEP, "resumed", False), (EXPORT, "fresh", True),
     (EXPORT, "resumed", False),

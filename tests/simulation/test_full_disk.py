@@ -12,6 +12,7 @@ import pytest
 
 import warp_rods as wr
 from warp_rods import workflow
+from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
@@ -167,10 +168,21 @@ def test_a_disk_that_becomes_full(disk, whole, frame):
 
 @pytest.mark.skipif(os.name != "posix", reason="mount is a command of Unix")
 def test_a_disk_that_is_full_from_the_start_and_then_for_the_animation(disk, whole, monkeypatch, caplog):
-    folder, export = disk / "run", workflow.export_usd
+    folder, export, opened = disk / "run", workflow.export_usd, runner.opened
     fill(disk)
-    with pytest.raises(StorageError, match=r"No space left .*then run the same command again, with --resume"):
+    with pytest.raises(SceneError, match=r"5 frames need about .* are free: none fits"):
         runner.simulate(scene(), folder, device="cpu")
+    (disk / "filler").unlink()
+
+    def late(*arguments):
+        """The space was there when it was looked at, and is used by others since."""
+        fill(disk)
+        return opened(*arguments)
+
+    with monkeypatch.context() as m:
+        m.setattr(runner, "opened", late)
+        with pytest.raises(StorageError, match=r"No space left .*then run the same command again, with --resume"):
+            runner.simulate(scene(), folder, device="cpu")
     (disk / "filler").unlink()
 
     def full(path: Path) -> Path:

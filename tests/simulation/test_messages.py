@@ -26,7 +26,7 @@ def test_a_run_that_loses_all_rods_says_so(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("error", "said"), [(KeyboardInterrupt, "stopped at t = 0.02; "), (ZeroDivisionError, "by ZeroDivisionError")]
+    ("error", "said"), [(KeyboardInterrupt, "stopped at t = 0.025; "), (ZeroDivisionError, "by ZeroDivisionError")]
 )
 def test_a_run_that_is_interrupted_says_so(tmp_path, error, said):
     """By the user, or by an exception in a hook."""

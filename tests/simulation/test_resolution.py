@@ -200,7 +200,7 @@ def test_check_shows_the_number_chosen_with_its_reason(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(Scene.parse({"swimmers": [SWIMMER], "time": TIME}).to_toml())
     cli.check(tmp_path / "scene.toml")
     said = capsys.readouterr().out
-    assert "c: 1 rods of 29 nodes" in said
+    assert "c: 1 rod of 29 nodes" in said
     assert "c: 29 nodes chosen, 0.0357 apart: the 1.5 half-waves of the mode 0 at the start" in said
 
 

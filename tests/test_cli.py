@@ -103,6 +103,20 @@ def test_mistakes_end_with_exit_code_2(small, tmp_path, arguments, message):
     assert message in done.stderr and "Traceback" not in done.stderr
 
 
+def test_an_empty_folder_is_no_folder(small, tmp_path):
+    """Not the present one either, which a variable that is not set would stand for."""
+    from typer.testing import CliRunner
+
+    import warp_rods as wr
+    from warp_rods import cli
+
+    for command in ("run", str(small)), ("reproduce", "list"):
+        done = CliRunner().invoke(cli.app, [*command, "--out", ""])
+        assert done.exit_code == 2 and "must be the path of a folder" in done.output
+    with pytest.raises(wr.SceneError, match="out = ''"):
+        wr.run(small, "")
+
+
 def test_check_reports_what_a_run_would_do(small, tmp_path):
     done = warp_rods("check", small, cwd=tmp_path)
     assert done.returncode == 0 and "one: 2 rods of 17 nodes" in done.stdout and "10 steps" in done.stdout

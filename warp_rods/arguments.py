@@ -123,7 +123,7 @@ def function(name: str, value: Any, count: int, allowed: str) -> Callable:
 
 
 def path(name: str, value: Any) -> Path:
-    """A path, as text or as an object with a path."""
-    if not isinstance(value, (str, os.PathLike)):
+    """A path, as text or as an object with a path; empty text, as of a variable of a shell that is not set, is none."""
+    if not isinstance(value, (str, os.PathLike)) or value == "":
         raise wrong(name, value, "a path")
     return Path(value)

@@ -33,6 +33,17 @@ SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene in TOM
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run")]
 
 
+def _out(what: str) -> Any:
+    """The option --out, which may not be empty, as a variable of a shell that is not set would be."""
+
+    def folder(text: str) -> Path:
+        if not text:
+            raise typer.BadParameter('"": must be the path of a folder')
+        return Path(text)
+
+    return typer.Option(parser=folder, metavar="<path>", help=what)
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         print(version("warp-rods"))
@@ -50,7 +61,7 @@ def options(
 @app.command()
 def run(
     scene: SceneFile,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results; default runs/<scene name>")] = None,
+    out: Annotated[Path | None, _out("Folder for the results; default runs/<scene name>")] = None,
     device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
     resume: Annotated[
         bool,
@@ -145,7 +156,7 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="Reduced forms: coarser grids, shorter times, fewer rods")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Folder for the results")] = Path("runs/reproduce"),
+    out: Annotated[Path, _out("Folder for the results")] = Path("runs/reproduce"),
 ) -> None:
     """Reproduce a figure of the dissertation: figure, data, and a table of published values against ours."""
     from warp_rods.reproductions import reproduce

@@ -275,6 +275,23 @@ def test_equal_steps_are_extrapolated(monkeypatch):
     assert seconds == pytest.approx(1e4) and basis == "by the first 63 steps"
 
 
+def test_first_steps_that_are_divided_do_not_stand_for_all(monkeypatch):
+    """Of a million steps the first one takes 300 ms, the next ones 1/n of that, and from the 16th on 10 ms each."""
+    simulation = Simulation(scene(swimmers=[CELLS], time={"end": 1000.0, "step": 1e-3, "save_every": 500.0}), "cpu")
+    taken, seconds = 0, 0.0
+
+    def exhaust(steps) -> None:
+        nonlocal taken, seconds
+        for _ in steps:
+            taken += 1
+            seconds += 0.3 / taken if taken < 16 else 0.01
+
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: seconds)
+    monkeypatch.setattr(simulation.together, "advance", lambda dt, steps: range(steps))
+    monkeypatch.setattr(timing, "exhaust", exhaust)
+    assert timing._equal(simulation, 1.5)[0] == pytest.approx(1e4, rel=0.05)
+
+
 def test_steps_that_are_long_already_are_not_taken_to_become_shorter():
     """A rod at rest may change soonest of all, but holds nothing up."""
     cells = {"count": 2, "nodes": 17, "bend": [1e-9, 1e-2], "twist": 1e-3, "shape": {"kind": "straight"}}

@@ -23,6 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from half_writes import Halves, opening
 
 from warp_rods import workflow
 from warp_rods.errors import RunFolderError
@@ -109,13 +110,7 @@ class Moments:
                 self.change()
 
         sys.addaudithook(seen)
-        real = pathlib.Path.open
-
-        def opened(path: Path, mode: str = "r", *rest, **named):
-            file = real(path, mode, *rest, **named)
-            return Halves(file, self) if mode in ("wb", "r+b") and str(folder) in str(path) else file
-
-        pathlib.Path.open = opened
+        pathlib.Path.open = opening(folder, lambda file: Halves(file, self.change))
         early = lambda kind: kind if (folder / "checkpoint.npz").exists() else FIRST  # noqa: E731
         self._wrap(RunFolder, "append", lambda: early(FRAME))
         self._wrap(RunFolder, "checkpoint", lambda: early(CHECKPOINT))
@@ -140,29 +135,6 @@ class Moments:
                     yield done
 
         setattr(owner, name, steps if generator else noted)
-
-
-class Halves:
-    """A file that is written in halves, with a moment between them."""
-
-    def __init__(self, file, moments: Moments):
-        self._file, self._moments = file, moments
-
-    def write(self, data) -> None:
-        data = memoryview(data).cast("B")
-        self._file.write(data[: len(data) // 2])
-        self._file.flush()
-        self._moments.change()
-        self._file.write(data[len(data) // 2 :])
-
-    def __getattr__(self, name: str):
-        return getattr(self._file, name)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_exception) -> None:
-        self._file.close()
 
 
 def fork(work: Callable[[], object]) -> int:

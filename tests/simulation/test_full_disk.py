@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from half_writes import Halves, opening
 
 import warp_rods as wr
 from warp_rods import workflow
@@ -39,41 +40,20 @@ def whole(tmp_path_factory) -> Path:
     return wr.run(scene(), tmp_path_factory.mktemp("whole") / "run", device="cpu").folder
 
 
-class FullFile:
-    """A file that takes half of what is written and then fails."""
-
-    def __init__(self, file, code: int):
-        self._file, self._code = file, code
-
-    def write(self, data) -> None:
-        data = memoryview(data).cast("B")
-        self._file.write(data[: len(data) // 2])
-        self._file.flush()
-        raise OSError(self._code, os.strerror(self._code), self._file.name)
-
-    def __getattr__(self, name: str):
-        return getattr(self._file, name)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_exception) -> None:
-        self._file.close()
-
-
 @contextlib.contextmanager
 def full_from(write: int, folder: Path, code: int, monkeypatch):
     """From the nth write to a file in the folder on, all fail."""
-    real, writes = pathlib.Path.open, []
+    writes = []
 
-    def opened(path: Path, mode: str = "r", *rest, **named):
-        if mode not in ("wb", "r+b") or str(folder) not in str(path):
-            return real(path, mode, *rest, **named)
-        writes.append(path)
-        return FullFile(real(path, mode, *rest, **named), code) if len(writes) >= write else real(path, mode)
+    def limited(file):
+        def fail() -> None:
+            raise OSError(code, os.strerror(code), file.name)
+
+        writes.append(file.name)
+        return Halves(file, fail) if len(writes) >= write else file
 
     with monkeypatch.context() as patched:
-        patched.setattr(pathlib.Path, "open", opened)
+        patched.setattr(pathlib.Path, "open", opening(folder, limited))
         yield writes
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warp_rods.rods.ensemble import Ensemble
+from warp_rods.rods.ensemble import Ensemble, Failure
 from warp_rods.rods.status import Status
 
 __all__ = ["Losses", "frozen", "in_all", "lines", "summary"]
@@ -25,17 +25,16 @@ def frozen(ensembles: Mapping[str, Ensemble]) -> int:
 
 def lines(ensembles: Mapping[str, Ensemble]) -> list[str]:
     """A line for each rod that is frozen: when, why, and its parameters."""
-    return [line for name, ensemble in ensembles.items() for _, line in _lines(name, ensemble)]
+    return [_line(name, ensemble, failure) for name, ensemble in ensembles.items() for failure in ensemble.failures()]
 
 
 def in_all(ensembles: Mapping[str, Ensemble]) -> list[str]:
     """All rods that are frozen: a line for each of a few of an ensemble, or a summary of more."""
-    found = {name: [line for _, line in _lines(name, ensemble)] for name, ensemble in ensembles.items()}
-    return [
-        line
-        for name, each in found.items()
-        for line in (each if len(each) <= LISTED else [summary(name, ensembles[name])])
-    ]
+    found = []
+    for name, ensemble in ensembles.items():
+        few = frozen({name: ensemble}) <= LISTED
+        found += lines({name: ensemble}) if few else [summary(name, ensemble)]
+    return found
 
 
 def summary(name: str, ensemble: Ensemble) -> str:
@@ -65,24 +64,22 @@ class Losses:
 
     def _new(self, name: str, ensemble: Ensemble) -> list[str]:
         known = self._known[name]
-        new = [(rod, line) for rod, line in _lines(name, ensemble) if rod not in known]
-        known.update(rod for rod, _ in new)
+        new = [failure for failure in ensemble.failures() if failure.rod not in known]
+        known.update(failure.rod for failure in new)
         if not new:
             return []
         if len(known) <= LISTED:
             self._said[name] = len(known)
-            return [line for _, line in new]
+            return [_line(name, ensemble, failure) for failure in new]
         if len(known) < 2 * self._said[name]:
             return []
         self._said[name] = len(known)
         return [summary(name, ensemble)]
 
 
-def _lines(name: str, ensemble: Ensemble) -> list[tuple[int, str]]:
-    return [
-        (rod, f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}")
-        for rod, when, what in ensemble.failures()
-    ]
+def _line(name: str, ensemble: Ensemble, failure: Failure) -> str:
+    rod, when, what = failure
+    return f"{name}: rod {rod} {what} at t = {when:.6g}; parameters {ensemble.parameters(rod)}"
 
 
 def _named(rods: list[int]) -> str:

@@ -74,8 +74,10 @@ def run(
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
     from warp_rods.scene.scene import Scene
     from warp_rods.simulation.estimates import check_memory
+    from warp_rods.simulation.files import default_folder
 
-    check_memory(Scene.load(scene))  # before the slow imports
+    loaded = Scene.load(scene)
+    check_memory(loaded)  # before the slow imports
     from warp_rods.analysis.summary import summary
     from warp_rods.workflow import run as run_scene
 
@@ -83,7 +85,14 @@ def run(
     if resume and overwrite:
         raise SceneError("--resume and --overwrite: one continues a run, the other replaces it; give one of them")
     _log_to(console)
-    done = run_scene(scene, out, device=device, overwrite=overwrite, resume=resume, console=console)
+    done = run_scene(
+        loaded,
+        default_folder(scene) if out is None else out,
+        device=device,
+        overwrite=overwrite,
+        resume=resume,
+        console=console,
+    )
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")

@@ -7,6 +7,7 @@ from pathlib import Path
 from warp_rods.progress import waiting
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.estimates import check_disk, check_memory
+from warp_rods.simulation.files import default_folder
 
 
 def check_scene(path: str | Path) -> str:
@@ -15,7 +16,7 @@ def check_scene(path: str | Path) -> str:
     Rods are placed, and a few steps are tried to tell how long a run takes; what needs too much memory or disk is
     refused before.
     """
-    scene, folder = Scene.load(path), Path("runs") / Path(path).stem
+    scene, folder = Scene.load(path), default_folder(path)
     check_memory(scene)
     check_disk(scene, folder)
     from warp_rods.simulation import timing

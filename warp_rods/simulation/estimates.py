@@ -20,6 +20,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.scene.ensemble import AUTO
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.files import nearest_existing
 
 
 class Footprint(NamedTuple):
@@ -181,10 +182,8 @@ def check_disk(scene: Scene, folder: Path, there: float = 0.0) -> list[str]:
     there: bytes of a run in the folder that is continued, or replaced, so that they are not needed again. Raises
     SceneError where it does not fit.
     """
-    where = folder.absolute()
-    while not where.exists() and where != where.parent:
-        where = where.parent
-    free, needed, frames = shutil.disk_usage(where).free, disk_bytes(scene) - there, frames_of(scene)
+    free = shutil.disk_usage(nearest_existing(folder)).free
+    needed, frames = disk_bytes(scene) - there, frames_of(scene)
     said = f"{frames} frames need about {shown_bytes(needed)} in {folder}, where {shown_bytes(free)} are free"
     if needed > free:
         most = int(frames * free / needed)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from warp_rods.errors import RunFolderError
 
-__all__ = ["check_writable", "digest", "replace_file", "sync"]
+__all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "replace_file", "sync"]
 
 
 def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = None, *, durable: bool = False) -> None:
@@ -31,9 +31,19 @@ def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = No
         sync(path.parent)
 
 
+def default_folder(scene: object) -> Path:
+    """The folder of a run for which none is given: ``runs/NAME`` of a scene in NAME.toml."""
+    return Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+
+
+def nearest_existing(folder: Path) -> Path:
+    """The folder, or the nearest of those around it that exists."""
+    return next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+
+
 def check_writable(folder: Path, key: str) -> None:
     """Raises RunFolderError naming ``key`` where ``folder`` cannot be made or written to; makes nothing."""
-    there = next((path for path in (folder.absolute(), *folder.absolute().parents) if path.exists()), Path("/"))
+    there = nearest_existing(folder)
     if not there.is_dir():
         raise RunFolderError(f"{key} = {folder}: {there} is a file: give another folder")
     if not os.access(there, os.W_OK | os.X_OK):

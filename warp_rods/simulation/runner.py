@@ -20,7 +20,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses, timing, trajectory
 from warp_rods.simulation.checkpoint import State
 from warp_rods.simulation.estimates import check_disk
-from warp_rods.simulation.files import check_writable
+from warp_rods.simulation.files import check_writable, default_folder
 from warp_rods.simulation.hooks import Cadence, EveryFrame, read_hooks
 from warp_rods.simulation.interruption import Interruption
 from warp_rods.simulation.loop import Simulation
@@ -90,8 +90,7 @@ def simulate(
     another one), StorageError where the folder can no longer be written, RodFailure once no rod is left.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
-    stem = Path(scene).stem if isinstance(scene, (str, Path)) else "scene"
-    folder = Path("runs") / stem if out is None else arguments.path("out", out)
+    folder = default_folder(scene) if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     device, attached = devices.choose(device), read_hooks(hooks)
     check_writable(folder, "out")

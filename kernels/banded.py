@@ -16,6 +16,7 @@ which the ensemble's check of the rod detects. Solutions of other rods are not a
 
 import warp as wp
 
+from warp_rods.kernels.lanes import add, div, mul, pair, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Pairs2D, Scalars2D, Values2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -24,11 +25,11 @@ wp.set_module_options({"enable_backward": False})
 @wp.func
 def solve_tridiagonal_rod(
     rod: int,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
+    lower: Values2D,
+    diagonal: Values2D,
+    upper: Values2D,
     rhs: Values2D,
-    work: Scalars2D,
+    work: Values2D,
     solution: Values2D,
 ):
     """Solve the system of one rod in one thread (Thomas algorithm); at least 1 node.
@@ -58,13 +59,13 @@ def solve_tridiagonal_rod(
 @wp.func
 def eliminate_pentadiagonal(
     rod: int,
-    lower2: Scalars2D,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    upper2: Scalars2D,
+    lower2: Values2D,
+    lower: Values2D,
+    diagonal: Values2D,
+    upper: Values2D,
+    upper2: Values2D,
     rhs: Values2D,
-    work: Pairs2D,
+    work: Values2D,
     solution: Values2D,
 ):
     """Turn row i into x[i] + c x[i+1] + e x[i+2] = y; (c, e) is stored in ``work``, y in ``solution``.
@@ -75,7 +76,7 @@ def eliminate_pentadiagonal(
     c2 = upper[rod, 0] * scale
     e2 = upper2[rod, 0] * scale
     y2 = rhs[rod, 0] * scale
-    work[rod, 0] = wp.vec2d(c2, e2)
+    work[rod, 0] = pair(c2, e2)
     solution[rod, 0] = y2
 
     a = lower[rod, 1]
@@ -83,7 +84,7 @@ def eliminate_pentadiagonal(
     c1 = (upper[rod, 1] - a * e2) * scale
     e1 = upper2[rod, 1] * scale
     y1 = (rhs[rod, 1] - a * y2) * scale
-    work[rod, 1] = wp.vec2d(c1, e1)
+    work[rod, 1] = pair(c1, e1)
     solution[rod, 1] = y1
 
     for i in range(2, diagonal.shape[1]):
@@ -97,20 +98,20 @@ def eliminate_pentadiagonal(
         e1 = upper2[rod, i] * scale
         y2 = y1
         y1 = y
-        work[rod, i] = wp.vec2d(c1, e1)
+        work[rod, i] = pair(c1, e1)
         solution[rod, i] = y
 
 
 @wp.func
 def solve_pentadiagonal_rod(
     rod: int,
-    lower2: Scalars2D,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    upper2: Scalars2D,
+    lower2: Values2D,
+    lower: Values2D,
+    diagonal: Values2D,
+    upper: Values2D,
+    upper2: Values2D,
     rhs: Values2D,
-    work: Pairs2D,
+    work: Values2D,
     solution: Values2D,
 ):
     """Solve the system of one rod in one thread; at least 2 nodes.

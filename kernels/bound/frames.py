@@ -10,20 +10,53 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.bound.growth import Growth, set_length
-from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
+from warp_rods.kernels.bound.cells import one_cell_further
+from warp_rods.kernels.bound.growth import Growth, length_at
+from warp_rods.kernels.bound.levels import (
+    History,
+    Plan,
+    WeightsArray,
+    choose_equal_steps,
+    choose_own_steps,
+    geodesic_at,
+    turn_at,
+)
 from warp_rods.kernels.bound.rod import strain_of
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.bound.step import accept, take_back
-from warp_rods.kernels.layout import Scalars1D, Vectors1D, real
+from warp_rods.kernels.bound.step import accept, choose_next_step, keep_fields, repeat_or_accept, take_back
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    WIDTH,
+    Lanes,
+    Lanes1D,
+    Vector,
+    add,
+    cross,
+    div,
+    dot,
+    inside,
+    less,
+    load,
+    magnitude,
+    mul,
+    number_of,
+    rods_in,
+    set_number,
+    sqrt,
+    square,
+    store,
+    sub,
+    vector_of,
+    where,
+)
+from warp_rods.kernels.layout import Integers1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import levels_of_rates, twist_over
-from warp_rods.kernels.multistep import Levels, Pace, formula_of, times_of, weights_at
+from warp_rods.kernels.multistep import LEVELS, Levels, Pace, Weights, formula_of, times_of, weights_at
 from warp_rods.kernels.status import HALF_TURN, KINK, LEFT_DATA, OFF_SURFACE, OK
+from warp_rods.kernels.surface import tiles as surface
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
     Parameters,
-    curvature,
     frame,
     normal,
     normal_motion,
@@ -49,24 +82,27 @@ def first_column(R: wp.mat33d) -> wp.vec3d:
 
 
 @wp.func
-def second_column(R: wp.mat33d) -> wp.vec3d:
-    return wp.vec3d(R[0, 1], R[1, 1], R[2, 1])
+def number_in(field: Lanes1D, rod: int) -> real:
+    """The value of one rod."""
+    return field[rod // WIDTH][rod % WIDTH]
 
 
 @wp.func
-def third_column(R: wp.mat33d) -> wp.vec3d:
-    return wp.vec3d(R[0, 2], R[1, 2], R[2, 2])
+def weight_of(weights: WeightsArray, rod: int, level: int) -> real:
+    """The weight of a level of one rod."""
+    return weights[rod // WIDTH][level, rod % WIDTH]
 
 
 @wp.func
-def is_inside(x: wp.vec3d, low: wp.vec3d, high: wp.vec3d) -> bool:
-    """Whether x is in the box from ``low`` to ``high``."""
-    return wp.min(x - low) >= real(0.0) and wp.min(high - x) >= real(0.0)
+def first_reason(unfit: Lanes, ok: Lanes, reason: real) -> Lanes:
+    """``unfit``, or the reason where it is 0 and ``ok`` is 0."""
+    return where(unfit, unfit, where(ok, Lanes(), Lanes(reason)))
 
 
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """Kernels that depend on the surface: ``place``, ``predict``, ``rebuild``, ``take``, ``show``, ``residuals``."""
+    """Kernels that depend on the surface: ``place``, ``predict``, ``take``, ``show``, ``residuals``, own steps."""
+    in_lanes = surface.in_lanes(field)
 
     @wp.func
     def project(p: Parameters, x: wp.vec3d) -> wp.vec3d:
@@ -75,44 +111,93 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return to_surface(x, phi, g)
 
     @wp.func
-    def store_frame(f: Filaments, p: Parameters, rod: int, i: int, R: wp.mat33d, r: wp.vec3d) -> real:
-        """Store node i at r, with the tangent of R projected into the tangent plane; returns the distance |φ|/|∇φ|."""
-        phi, g, H = field(r, p)
-        n = normal(g)
-        q = to_tangent(first_column(R), n)
-        f.position[rod, i] = r
-        f.rotation[rod, i] = frame(q, n)
-        f.curvature[rod, i] = curvature(g, H, q)
-        return wp.abs(phi) / wp.length(g)
+    def store_frame(f: Filaments, p: Parameters, tile: int, i: int, tangent: Vector, r: Vector) -> Lanes:
+        """Store the frame of node i at r, with the tangent projected into the tangent plane.
 
-    @wp.func
-    def curvature_at(p: Parameters, R: wp.mat33d, r: wp.vec3d) -> wp.vec3d:
-        """(K11, K12, K22) at r for the tangent of R."""
-        _phi, g, H = field(r, p)
-        return curvature(g, H, to_tangent(first_column(R), normal(g)))
-
-    @wp.func
-    def advance_cell(f: Filaments, p: Parameters, rod: int, i: int, j: int, guess: wp.vec3d) -> bool:
-        """Node j from its neighbour i: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
-
-        The chord keeps the length that the exponential gives it, so that the projection does not stretch the rod.
-        Returns whether the cell follows the surface: the projection and the turn of the tangent are small, and finite.
+        Returns the distance |φ|/|∇φ|.
         """
-        ds = f.spacing[rod] * real(j - i)
-        R = f.rotation[rod, i]
-        r = f.position[rod, i]
-        strain_i = strain_of(f.curvature[rod, i], f.geodesic[rod, i])
-        mean = real(0.5) * (strain_i + strain_of(guess, f.geodesic[rod, j]))
-        Q, x = advance_along(R, r, mean, ds)
-        mean = real(0.5) * (strain_i + strain_of(curvature_at(p, Q, x), f.geodesic[rod, j]))
-        Q, x = advance_along(R, r, mean, ds)
-        foot = project(p, x)
-        chord = foot - r
-        distance = store_frame(f, p, rod, j, Q, r + chord * (wp.length(x - r) / wp.length(chord)))
-        turn = wp.abs(wp.dot(first_column(Q), third_column(f.rotation[rod, j])))
-        h = f.spacing[rod]
-        on_surface = wp.length(foot - x) < LARGEST_SHIFT * h and distance < LARGEST_DISTANCE * h
-        return on_surface and turn < LARGEST_TURN and wp.length(mean) * h < HALF_TURN
+        phi, g, H = in_lanes(r, p)
+        per_size = real(1.0) / sqrt(dot(g, g))
+        n = g * per_size
+        q = surface.to_tangent(tangent, n)
+        across = cross(n, q)
+        f.tangent[tile, i] = q
+        f.across[tile, i] = across
+        f.normal[tile, i] = n
+        f.curvature[tile, i] = surface.curvature(H, q, across, per_size)
+        return magnitude(phi) * per_size
+
+    @wp.func
+    def advance_cell(f: Filaments, p: Parameters, tile: int, i: int, j: int, r: Vector, guess: Vector):
+        """Node j from its neighbour i at r: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
+
+        The first sweep takes ``guess`` for the curvature at j, the second that where the first one ends. φ at the end of
+        the second, which is very close, follows from its derivatives there. The chord keeps the length that the
+        exponential gives it, so that the projection does not stretch the rod. Returns the place, and 1 where the cell
+        follows the surface: the projection and the turn of the tangent are small, and finite.
+        """
+        h = f.spacing[tile]
+        ds = real(j - i) * h
+        here, geodesic = strain_of(f.curvature[tile, i], f.geodesic[tile, i]), f.geodesic[tile, j]
+        first, q = one_cell_further(f, tile, i, r, real(0.5) * (here + strain_of(guess, geodesic)), ds)
+        phi, g, H = in_lanes(first, p)
+        mean = real(0.5) * (here + strain_of(surface.curvature_of(g, H, q), geodesic))
+        x, q = one_cell_further(f, tile, i, r, mean, ds)
+        shift = surface.shift_to_surface(phi, g, H, x - first)
+        arc, chord = x - r, x - shift - r
+        place = r + chord * sqrt(dot(arc, arc) / dot(chord, chord))
+        distance = store_frame(f, p, tile, j, q, place)
+        near = less(dot(shift, shift), square(LARGEST_SHIFT * h)) * less(distance, LARGEST_DISTANCE * h)
+        turn = magnitude(dot(q, f.normal[tile, j]))
+        return place, near * less(turn, LARGEST_TURN) * less(dot(mean, mean) * square(h), HALF_TURN * HALF_TURN)
+
+    @wp.func
+    def lay_out_side(
+        f: Filaments, p: Parameters, tile: int, start: int, way: int, start_place: Vector, low: wp.vec3d, high: wp.vec3d
+    ) -> Lanes:
+        """Frames from that of node ``start`` to an end (``way``: ±1); returns OK, or why rods cannot follow."""
+        moving = load(f.active, tile)
+        count = start
+        if way == 1:
+            count = f.geodesic.shape[1] - 1 - start
+        r = start_place
+        unfit = first_reason(Lanes(), inside(r, low, high), real(LEFT_DATA))
+        before = f.curvature[tile, start]
+        guess = before
+        for k in range(count):
+            i = start + way * k
+            r, follows = advance_cell(f, p, tile, i, i + way, r, guess)
+            store(f.position, tile, i + way, moving, r)
+            unfit = first_reason(unfit, follows, real(KINK))
+            unfit = first_reason(unfit, inside(r, low, high), real(LEFT_DATA))
+            here = f.curvature[tile, i + way]
+            guess = real(2.0) * here - before
+            before = here
+        return unfit
+
+    @wp.func
+    def lay_out(
+        f: Filaments,
+        plan: Plan,
+        p: Parameters,
+        tile: int,
+        node: int,
+        tangent: Vector,
+        r: Vector,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """Frames from that of ``node``, at r with this tangent, towards both ends.
+
+        ``plan.unfit``: KINK if a cell does not follow the surface, LEFT_DATA if a node is outside the box from ``low``
+        to ``high``.
+        """
+        moving = load(f.active, tile)
+        store_frame(f, p, tile, node, tangent, r)
+        store(f.position, tile, node, moving, r)
+        first = lay_out_side(f, p, tile, node, -1, r, low, high)
+        second = lay_out_side(f, p, tile, node, 1, r, low, high)
+        store(plan.unfit, tile, moving, where(less(first, second), second, first))
 
     @wp.func
     def carried(
@@ -149,12 +234,12 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         R0 = past.rotation[rod]
         r0 = past.position[rod]
         theta, mu = scale * omega, scale * u
-        e1 = plan.value[rod][1]
+        e1 = weight_of(plan.value, rod, 1)
         if e1 != real(0.0):
             back, away = se3_inverse(R0, r0)
             Q, q = se3_compose(back, away, past.rotation_before[rod], past.position_before[rod])
             xi_theta, xi_mu = se3_log(Q, q)
-            b = e1 - scale * plan.slope[rod][1]
+            b = e1 - scale * weight_of(plan.slope, rod, 1)
             theta += b * xi_theta
             mu += b * xi_mu
         D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
@@ -162,69 +247,137 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return R, r, project(p, project(p, r))
 
     @wp.kernel(module="unique", enable_backward=False)
-    def place(f: Filaments, past: History, parameters: ParameterArray, node: int):
-        """Project the position and rotation of one node onto the surface, by Newton steps."""
-        rod = wp.tid()
-        r = f.position[rod, node]
-        for _ in range(20):
-            r = project(parameters[0], r)
-        store_frame(f, parameters[0], rod, node, f.rotation[rod, node], r)
+    def place(
+        f: Filaments,
+        plan: Plan,
+        parameters: ParameterArray,
+        node: int,
+        direction: Vectors1D,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """Project place and direction of one node onto the surface, and lay out the others; ``dim = tiles``."""
+        tile = wp.tid()
+        tangent, x = Vector(), Vector()
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            f.active[rod] = 1
+            r = f.position[rod, node]
+            for _ in range(20):
+                r = project(parameters[0], r)
+            for j in range(3):
+                tangent[j, lane] = direction[rod][j]
+                x[j, lane] = r[j]
+        lay_out(f, plan, parameters[0], tile, node, tangent, x, low, high)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def predict(f: Filaments, past: History, pace: Pace, plan: Plan, growth: Growth, parameters: ParameterArray):
-        """The formula of the step, and spacing and frame of the tracked node at its end; ``dim = rods``."""
-        rod = wp.tid()
-        if f.active[rod] == 0:
-            return
-        at = times_of(pace, rod)
-        t = at[0] + pace.step[rod]
-        formula = formula_of(at, pace.order[rod], t)
-        plan.end[rod] = t
-        plan.value[rod] = formula.value
-        plan.slope[rod] = formula.slope
-        plan.rate[rod] = formula.rate
-        plan.turn_slope[rod] = turn_at(past, formula.slope, rod)
-        set_length(f, growth, rod, t)
+    @wp.func
+    def set_length(f: Filaments, growth: Growth, tile: int, lane: int, t: real):
+        """Spacing and dL/dt of a rod at time t."""
+        rod = tile * WIDTH + lane
+        length, rate = length_at(growth, rod, t)
+        spacing, rates = f.spacing[tile], f.growth_rate[tile]
+        spacing[lane] = length / real(f.geodesic.shape[1] - 1)
+        rates[lane] = rate
+        f.spacing[tile] = spacing
+        f.growth_rate[tile] = rates
+        f.spacing_of_rod[rod] = spacing[lane]
+
+    @wp.func
+    def extrapolate(
+        f: Filaments,
+        past: History,
+        pace: Pace,
+        plan: Plan,
+        growth: Growth,
+        p: Parameters,
+        tile: int,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """The formulas of the steps of a tile, and the extrapolated state at their ends."""
+        value, slope, rate, turn_slope = Weights(), Weights(), Lanes(real(1.0)), Lanes()
+        tangent, x = Vector(), Vector()
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            if f.active[rod] == 1:
+                at = times_of(pace, rod)
+                t = at[0] + pace.step[rod]
+                formula = formula_of(at, pace.order[rod], t)
+                for j in range(LEVELS):
+                    value[j, lane] = formula.value[j]
+                    slope[j, lane] = formula.slope[j]
+                rate[lane] = formula.rate
+                turn_slope[lane] = turn_at(past, formula.slope, rod)
+                plan.end[rod] = t
+                set_length(f, growth, tile, lane, t)
+        plan.value[tile] = value
+        plan.slope[tile] = slope
+        plan.rate[tile] = rate
+        plan.turn_slope[tile] = turn_slope
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            if f.active[rod] == 1:
+                R, r = foretold_frame(f, past, pace, plan, p, rod)
+                for j in range(3):
+                    tangent[j, lane] = R[j, 0]
+                    x[j, lane] = r[j]
+        for i in range(f.geodesic.shape[1]):
+            f.geodesic[tile, i] = geodesic_at(past, value, tile, i)
+        lay_out(f, plan, p, tile, f.tracked, tangent, x, low, high)
+
+    @wp.func
+    def foretold_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int):
+        """The extrapolated frame of the tracked node at the end of the step."""
         R = past.rotation[rod]
         r = past.position[rod]
         levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
         if levels > 0 and f.start_clamped + f.end_clamped == 0:
-            turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
+            at = times_of(pace, rod)
+            turn = -past.turn[rod, 0]
+            for j in range(LEVELS):
+                turn += weight_of(plan.value, rod, j) * past.turn[rod, j]
             if plan.together[rod] == 1:
-                R, _r, r = stepped(past, parameters[0], plan, rod, wp.vec3d(), wp.vec3d(), real(0.0), turn)
+                R, _r, r = stepped(past, p, plan, rod, wp.vec3d(), wp.vec3d(), real(0.0), turn)
             else:
-                R, _r, r = carried(past, parameters[0], rod, R, r, at, levels, at[0], t, turn)
+                R, _r, r = carried(past, p, rod, R, r, at, levels, at[0], plan.end[rod], turn)
         elif f.membrane_moves == 1:
-            r = project(parameters[0], project(parameters[0], r))
-        store_frame(f, parameters[0], rod, f.tracked, R, r)
+            r = project(p, project(p, r))
+        return R, r
 
     @wp.kernel(module="unique", enable_backward=False)
-    def rebuild(f: Filaments, plan: Plan, parameters: ParameterArray, node: int, low: wp.vec3d, high: wp.vec3d):
-        """Frames from that of ``node`` towards both ends; one thread for each side of a rod.
+    def predict(
+        f: Filaments,
+        past: History,
+        pace: Pace,
+        plan: Plan,
+        growth: Growth,
+        clock: Scalars1D,
+        parameters: ParameterArray,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """The extrapolated state at the end of a step of the length in the clock; ``dim = tiles``."""
+        tile = wp.tid()
+        choose_equal_steps(tile, f, pace, plan, clock)
+        extrapolate(f, past, pace, plan, growth, parameters[0], tile, low, high)
 
-        ``plan.unfit`` [rod, side]: KINK if a cell does not follow the surface, LEFT_DATA if a node is outside the box
-        from ``low`` to ``high``.
-        """
-        rod, side = wp.tid()
-        if f.active[rod] == 0:
-            return
-        unfit = int(OK)
-        if not is_inside(f.position[rod, node], low, high):
-            unfit = int(LEFT_DATA)
-        direction = 2 * side - 1
-        count = node
-        if side == 1:
-            count = f.geodesic.shape[1] - 1 - node
-        guess = f.curvature[rod, node]
-        for k in range(count):
-            i = node + direction * k
-            follows = advance_cell(f, parameters[0], rod, i, i + direction, guess)
-            if not follows and unfit == OK:
-                unfit = int(KINK)
-            if not is_inside(f.position[rod, i + direction], low, high) and unfit == OK:
-                unfit = int(LEFT_DATA)
-            guess = real(2.0) * f.curvature[rod, i + direction] - f.curvature[rod, i]
-        plan.unfit[rod, side] = unfit
+    @wp.kernel(module="unique", enable_backward=False)
+    def predict_own(
+        f: Filaments,
+        past: History,
+        pace: Pace,
+        plan: Plan,
+        growth: Growth,
+        target: Scalars1D,
+        behind: Integers1D,
+        parameters: ParameterArray,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """The extrapolated state at the end of a step of each rod's own; ``dim = tiles``."""
+        tile = wp.tid()
+        choose_own_steps(tile, f, pace, plan, growth, target, behind)
+        extrapolate(f, past, pace, plan, growth, parameters[0], tile, low, high)
 
     @wp.func
     def accept_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
@@ -236,11 +389,15 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         r0 = past.position[rod]
         turn = past.turn[rod, 0] - past.turn[rod, 1]
         levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
-        R, r, x = carried(past, p, rod, R0, r0, at, levels, at[1], at[0], turn)
+        R = R0
+        r = r0
+        x = r0
         if plan.together[rod] == 1:
             omega, u = plan.angular_velocity[rod], plan.velocity[rod]
-            R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / plan.rate[rod], turn)
-        allowed = LARGEST_PROJECTION * f.spacing[rod] + real(0.1) * wp.length(x - r0)
+            R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / number_in(plan.rate, rod), turn)
+        else:
+            R, r, x = carried(past, p, rod, R0, r0, at, levels, at[1], at[0], turn)
+        allowed = LARGEST_PROJECTION * f.spacing_of_rod[rod] + real(0.1) * wp.length(x - r0)
         if not (wp.length(x - r) < allowed):
             return OFF_SURFACE
         past.rotation_before[rod] = R0
@@ -251,73 +408,113 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         past.position[rod] = x
         return OK
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def take(f: Filaments, past: History, pace: Pace, plan: Plan, parameters: ParameterArray):
-        """Make the result of the step the present state; a rod without a valid one is frozen; ``dim = rods``."""
-        rod = wp.tid()
+    @wp.func
+    def take_step(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
+        """Make the result of the step of a rod the present state but for its fields, or freeze it; returns 1 or 0."""
         if f.active[rod] == 0:
-            return
+            return 0
         start = pace.at[rod, 0]
         status = plan.status[rod]
         if status == OK:
-            accept(f, past, pace, plan, rod)
-            status = accept_frame(f, past, pace, plan, parameters[0], rod)
-            if status != OK:
-                take_back(f, past, pace, rod)
-        if status != OK:
-            f.status[rod] = status
-            past.failed_at[rod] = start
+            accept(past, pace, plan, rod)
+            status = accept_frame(f, past, pace, plan, p, rod)
+            if status == OK:
+                return 1
+            take_back(past, pace, rod)
+        f.status[rod] = status
+        past.failed_at[rod] = start
+        return 0
 
     @wp.kernel(module="unique", enable_backward=False)
-    def show(f: Filaments, past: History, pace: Pace, growth: Growth, target: Scalars1D, parameters: ParameterArray):
-        """Ω, spacing and tracked frame at the time ``target[0]`` within the last step, or at its end."""
-        rod = wp.tid()
-        at = times_of(pace, rod)
-        t = wp.min(target[0], at[0])
-        w = weights_at(at, wp.min(pace.order[rod] + 1, pace.levels[rod]), t)
+    def take(f: Filaments, past: History, pace: Pace, plan: Plan, parameters: ParameterArray):
+        """Make the result of the step the present state; a rod without a valid one is frozen; ``dim = tiles``."""
+        tile = wp.tid()
+        taken = Lanes()
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            taken[lane] = real(take_step(f, past, pace, plan, parameters[0], tile * WIDTH + lane))
+        keep_fields(f, past, tile, taken)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def take_own(f: Filaments, past: History, pace: Pace, plan: Plan, target: Scalars1D, parameters: ParameterArray):
+        """As ``take`` where the error is small enough, with the choice of each rod's next step; ``dim = tiles``."""
+        tile = wp.tid()
+        taken = Lanes()
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            if f.active[rod] == 1:
+                repeat_or_accept(f, past, pace, plan, target, rod)
+            taken[lane] = real(take_step(f, past, pace, plan, parameters[0], rod))
+            choose_next_step(f, pace, plan, target, rod)
+        keep_fields(f, past, tile, taken)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def show(
+        f: Filaments,
+        past: History,
+        pace: Pace,
+        plan: Plan,
+        growth: Growth,
+        target: Scalars1D,
+        parameters: ParameterArray,
+        low: wp.vec3d,
+        high: wp.vec3d,
+    ):
+        """The state at the time ``target[0]`` within the last step, or at its end; ``dim = tiles``."""
+        tile = wp.tid()
+        w, tangent, x = Weights(), Vector(), Vector()
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            f.active[rod] = 1
+            at = times_of(pace, rod)
+            t = wp.min(target[0], at[0])
+            e = weights_at(at, wp.min(pace.order[rod] + 1, pace.levels[rod]), t)
+            set_length(f, growth, tile, lane, t)
+            R = past.rotation[rod]
+            r = past.position[rod]
+            if t < at[0] and f.start_clamped + f.end_clamped == 0:
+                turn = turn_at(past, e, rod) - past.turn[rod, 1]
+                before, origin = past.rotation_before[rod], past.position_before[rod]
+                levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
+                R, _r, r = carried(past, parameters[0], rod, before, origin, at, levels, at[1], t, turn)
+            for j in range(LEVELS):
+                w[j, lane] = e[j]
+            for j in range(3):
+                tangent[j, lane] = R[j, 0]
+                x[j, lane] = r[j]
         for i in range(f.geodesic.shape[1]):
-            f.geodesic[rod, i] = geodesic_at(past, w, rod, i)
-        set_length(f, growth, rod, t)
-        R = past.rotation[rod]
-        r = past.position[rod]
-        if t < at[0] and f.start_clamped + f.end_clamped == 0:
-            turn = turn_at(past, w, rod) - past.turn[rod, 1]
-            before = past.rotation_before[rod]
-            R, _r, r = carried(
-                past,
-                parameters[0],
-                rod,
-                before,
-                past.position_before[rod],
-                at,
-                levels_of_rates(pace, rod, wp.max(pace.order[rod], 2)),
-                at[1],
-                t,
-                turn,
-            )
-        store_frame(f, parameters[0], rod, f.tracked, R, r)
+            f.geodesic[tile, i] = geodesic_at(past, w, tile, i)
+        lay_out(f, plan, parameters[0], tile, f.tracked, tangent, x, low, high)
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):
         """The largest |φ|/|∇φ|, |q·n| and relative error of the length of a segment over the nodes of each rod."""
         rod = wp.tid()
-        nodes = f.geodesic.shape[1]
         found = wp.vec3d()
-        origin = wp.vec3d()
-        for i in range(nodes):
+        before = wp.vec3d()
+        for i in range(f.geodesic.shape[1]):
             phi, g, _H = field(f.position[rod, i], parameters[0])
-            q = first_column(f.rotation[rod, i])
+            q = vector_of(f.tangent, rod, i)
+            K = vector_of(f.curvature, rod, i)
+            strain = wp.vec3d(K[1], -K[0], number_of(f.geodesic, rod, i))
             stretch = real(0.0)
             if i > 0:
-                before = strain_of(f.curvature[rod, i - 1], f.geodesic[rod, i - 1])
-                mean = real(0.5) * (before + strain_of(f.curvature[rod, i], f.geodesic[rod, i]))
-                _R, chord = advance_along(f.rotation[rod, i], origin, mean, f.spacing[rod])
+                mean = real(0.5) * (before + strain)
+                _R, chord = advance_along(wp.identity(n=3, dtype=real), wp.vec3d(), mean, f.spacing_of_rod[rod])
                 actual = wp.length(f.position[rod, i] - f.position[rod, i - 1])
                 stretch = wp.abs(actual / wp.length(chord) - real(1.0))
             found = wp.max(found, wp.vec3d(wp.abs(phi) / wp.length(g), wp.abs(wp.dot(q, normal(g))), stretch))
+            before = strain
         largest[rod] = found
 
-    return SimpleNamespace(place=place, predict=predict, rebuild=rebuild, take=take, show=show, residuals=residuals)
+    return SimpleNamespace(
+        place=place,
+        predict=predict,
+        predict_own=predict_own,
+        take=take,
+        take_own=take_own,
+        show=show,
+        residuals=residuals,
+    )
 
 
 @functools.cache
@@ -326,7 +523,7 @@ def motion_of(field: wp.Function, rate: wp.Function) -> wp.Kernel:
 
     @wp.kernel(module="unique", enable_backward=False)
     def motion(f: Filaments, parameters: ParameterArray):
-        """``parameters``: p, and dp/dt."""
+        """``parameters``: p, and dp/dt; ``dim = (rods, nodes)``."""
         rod, i = wp.tid()
         if f.active[rod] == 0:
             return
@@ -334,7 +531,7 @@ def motion_of(field: wp.Function, rate: wp.Function) -> wp.Kernel:
         _phi, g, H = field(r, parameters[0])
         phi_t, gradient_t = rate(r, parameters[0], parameters[1])
         V, gradient = normal_motion(g, H, phi_t, gradient_t)
-        f.normal_velocity[rod, i] = V
-        f.normal_velocity_slope[rod, i] = wp.dot(second_column(f.rotation[rod, i]), gradient)
+        set_number(f.normal_velocity, rod, i, V)
+        set_number(f.normal_velocity_slope, rod, i, wp.dot(vector_of(f.across, rod, i), gradient))
 
     return motion

@@ -24,6 +24,7 @@ from warp_rods.kernels.bound.levels import (
 from warp_rods.kernels.bound.rod import strain_of
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.bound.step import accept, choose_next_step, keep_fields, repeat_or_accept, take_back
+from warp_rods.kernels.clock import STEP
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     WIDTH,
     Lanes,
@@ -51,7 +52,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Integers1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import levels_of_rates, twist_over
-from warp_rods.kernels.multistep import LEVELS, Levels, Pace, Weights, formula_of, times_of, weights_at
+from warp_rods.kernels.multistep import LEVELS, Formula, Levels, Pace, Weights, formula_of, times_of, weights_at
 from warp_rods.kernels.status import HALF_TURN, KINK, LEFT_DATA, OFF_SURFACE, OK
 from warp_rods.kernels.surface import tiles as surface
 from warp_rods.kernels.surface.geometry import (
@@ -101,7 +102,7 @@ def first_reason(unfit: Lanes, ok: Lanes, reason: real) -> Lanes:
 
 @functools.cache
 def on_surface(field: wp.Function) -> SimpleNamespace:
-    """Kernels that depend on the surface: ``place``, ``predict``, ``take``, ``show``, ``residuals``, own steps."""
+    """Kernels that depend on the surface: ``place``, ``predict``, ``lay_out``, ``take``, ``show``, ``residuals``."""
     in_lanes = surface.in_lanes(field)
 
     @wp.func
@@ -129,10 +130,10 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
 
     @wp.func
     def advance_cell(f: Filaments, p: Parameters, tile: int, i: int, j: int, r: Vector, guess: Vector):
-        """Node j from its neighbour i at r: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected onto the surface.
+        """Node j from its neighbour i at r: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected once.
 
-        The first sweep takes ``guess`` for the curvature at j, the second that where the first one ends. φ at the end of
-        the second, which is very close, follows from its derivatives there. The chord keeps the length that the
+        The first sweep takes ``guess`` for the curvature at j, the second that where the first one ends. φ where the
+        second ends, which is very close, follows from its derivatives there. The chord keeps the length that the
         exponential gives it, so that the projection does not stretch the rod. Returns the place, and 1 where the cell
         follows the surface: the projection and the turn of the tangent are small, and finite.
         """
@@ -175,28 +176,20 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             before = here
         return unfit
 
-    @wp.func
-    def lay_out(
-        f: Filaments,
-        plan: Plan,
-        p: Parameters,
-        tile: int,
-        node: int,
-        tangent: Vector,
-        r: Vector,
-        low: wp.vec3d,
-        high: wp.vec3d,
-    ):
-        """Frames from that of ``node``, at r with this tangent, towards both ends.
+    @wp.kernel(module="unique", enable_backward=False)
+    def lay_out(f: Filaments, plan: Plan, parameters: ParameterArray, node: int, low: wp.vec3d, high: wp.vec3d):
+        """Frames from ``plan.place`` and ``plan.tangent`` of ``node`` towards both ends; ``dim = tiles``.
 
         ``plan.unfit``: KINK if a cell does not follow the surface, LEFT_DATA if a node is outside the box from ``low``
         to ``high``.
         """
+        tile = wp.tid()
         moving = load(f.active, tile)
-        store_frame(f, p, tile, node, tangent, r)
+        r = plan.place[tile]
+        store_frame(f, parameters[0], tile, node, plan.tangent[tile], r)
         store(f.position, tile, node, moving, r)
-        first = lay_out_side(f, p, tile, node, -1, r, low, high)
-        second = lay_out_side(f, p, tile, node, 1, r, low, high)
+        first = lay_out_side(f, parameters[0], tile, node, -1, r, low, high)
+        second = lay_out_side(f, parameters[0], tile, node, 1, r, low, high)
         store(plan.unfit, tile, moving, where(less(first, second), second, first))
 
     @wp.func
@@ -223,40 +216,28 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return R, r, project(p, project(p, r))
 
     @wp.func
-    def stepped(
-        past: History, p: Parameters, plan: Plan, rod: int, omega: wp.vec3d, u: wp.vec3d, scale: real, turn: real
-    ):
-        """The frame of the tracked node by the backward formula of Ω: x = x* + scale (A − d_1 ξ), A = (ω, u).
+    def stepped(past: History, p: Parameters, rod: int, back: real, theta: wp.vec3d, mu: wp.vec3d, turn: real):
+        """The frame of the tracked node by the backward formula of Ω, and a turn about n.
 
-        x are screws from the last frame Sₙ, and ξ that to the frame before it. scale is 1/a, or 0 for the extrapolated
-        frame. Stiff forces are stable only if place and shape, on both of which they depend, are advanced alike.
+        x are screws from the last frame Sₙ, and ξ that to the frame before it: x = (θ, μ) + ``back`` ξ, where
+        x* + (A − d_1 ξ)/a with A = (ω, u) has (θ, μ) = A/a and e_1 − d_1/a; the extrapolated frame 0 and e_1. Stiff
+        forces are stable only if place and shape, on both of which they depend, are advanced alike.
         """
         R0 = past.rotation[rod]
         r0 = past.position[rod]
-        theta, mu = scale * omega, scale * u
-        e1 = weight_of(plan.value, rod, 1)
-        if e1 != real(0.0):
-            back, away = se3_inverse(R0, r0)
-            Q, q = se3_compose(back, away, past.rotation_before[rod], past.position_before[rod])
+        if back != real(0.0):
+            inverse, away = se3_inverse(R0, r0)
+            Q, q = se3_compose(inverse, away, past.rotation_before[rod], past.position_before[rod])
             xi_theta, xi_mu = se3_log(Q, q)
-            b = e1 - scale * weight_of(plan.slope, rod, 1)
-            theta += b * xi_theta
-            mu += b * xi_mu
+            theta += back * xi_theta
+            mu += back * xi_mu
         D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
         R, r = se3_compose(R0, r0, D, d)
         return R, r, project(p, project(p, r))
 
     @wp.kernel(module="unique", enable_backward=False)
-    def place(
-        f: Filaments,
-        plan: Plan,
-        parameters: ParameterArray,
-        node: int,
-        direction: Vectors1D,
-        low: wp.vec3d,
-        high: wp.vec3d,
-    ):
-        """Project place and direction of one node onto the surface, and lay out the others; ``dim = tiles``."""
+    def place(f: Filaments, plan: Plan, parameters: ParameterArray, node: int, direction: Vectors1D):
+        """Project the place of one node onto the surface, and take the direction there; ``dim = tiles``."""
         tile = wp.tid()
         tangent, x = Vector(), Vector()
         for lane in range(rods_in(tile, f.status.shape[0])):
@@ -268,7 +249,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             for j in range(3):
                 tangent[j, lane] = direction[rod][j]
                 x[j, lane] = r[j]
-        lay_out(f, plan, parameters[0], tile, node, tangent, x, low, high)
+        plan.tangent[tile] = tangent
+        plan.place[tile] = x
 
     @wp.func
     def set_length(f: Filaments, growth: Growth, tile: int, lane: int, t: real):
@@ -283,18 +265,43 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         f.spacing_of_rod[rod] = spacing[lane]
 
     @wp.func
-    def extrapolate(
+    def foretold_frame(f: Filaments, past: History, pace: Pace, plan: Plan, formula: Formula, p: Parameters, rod: int):
+        """The extrapolated frame of the tracked node at the end of the step."""
+        R = past.rotation[rod]
+        r = past.position[rod]
+        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
+        if levels > 0 and f.start_clamped + f.end_clamped == 0:
+            at = times_of(pace, rod)
+            turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
+            if plan.together[rod] == 1:
+                R, _r, r = stepped(past, p, rod, formula.value[1], wp.vec3d(), wp.vec3d(), turn)
+            else:
+                R, _r, r = carried(past, p, rod, R, r, at, levels, at[0], plan.end[rod], turn)
+        elif f.membrane_moves == 1:
+            r = project(p, project(p, r))
+        return R, r
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def predict(
         f: Filaments,
         past: History,
         pace: Pace,
         plan: Plan,
         growth: Growth,
-        p: Parameters,
-        tile: int,
-        low: wp.vec3d,
-        high: wp.vec3d,
+        own: int,
+        clock: Scalars1D,
+        behind: Integers1D,
+        parameters: ParameterArray,
     ):
-        """The formulas of the steps of a tile, and the extrapolated state at their ends."""
+        """The formulas of the next steps, Ω at their ends, and the tracked frames there; ``dim = tiles``.
+
+        Steps of the length in the clock, or each rod's own until it reaches ``clock[0]`` (``own`` = 1).
+        """
+        tile = wp.tid()
+        if own == 1:
+            choose_own_steps(tile, f, pace, plan, growth, clock[0], behind)
+        else:
+            choose_equal_steps(tile, f, pace, plan, clock[STEP])
         value, slope, rate, turn_slope = Weights(), Weights(), Lanes(real(1.0)), Lanes()
         tangent, x = Vector(), Vector()
         for lane in range(rods_in(tile, f.status.shape[0])):
@@ -310,74 +317,18 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 turn_slope[lane] = turn_at(past, formula.slope, rod)
                 plan.end[rod] = t
                 set_length(f, growth, tile, lane, t)
+                R, r = foretold_frame(f, past, pace, plan, formula, parameters[0], rod)
+                for j in range(3):
+                    tangent[j, lane] = R[j, 0]
+                    x[j, lane] = r[j]
         plan.value[tile] = value
         plan.slope[tile] = slope
         plan.rate[tile] = rate
         plan.turn_slope[tile] = turn_slope
-        for lane in range(rods_in(tile, f.status.shape[0])):
-            rod = tile * WIDTH + lane
-            if f.active[rod] == 1:
-                R, r = foretold_frame(f, past, pace, plan, p, rod)
-                for j in range(3):
-                    tangent[j, lane] = R[j, 0]
-                    x[j, lane] = r[j]
+        plan.tangent[tile] = tangent
+        plan.place[tile] = x
         for i in range(f.geodesic.shape[1]):
             f.geodesic[tile, i] = geodesic_at(past, value, tile, i)
-        lay_out(f, plan, p, tile, f.tracked, tangent, x, low, high)
-
-    @wp.func
-    def foretold_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int):
-        """The extrapolated frame of the tracked node at the end of the step."""
-        R = past.rotation[rod]
-        r = past.position[rod]
-        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
-        if levels > 0 and f.start_clamped + f.end_clamped == 0:
-            at = times_of(pace, rod)
-            turn = -past.turn[rod, 0]
-            for j in range(LEVELS):
-                turn += weight_of(plan.value, rod, j) * past.turn[rod, j]
-            if plan.together[rod] == 1:
-                R, _r, r = stepped(past, p, plan, rod, wp.vec3d(), wp.vec3d(), real(0.0), turn)
-            else:
-                R, _r, r = carried(past, p, rod, R, r, at, levels, at[0], plan.end[rod], turn)
-        elif f.membrane_moves == 1:
-            r = project(p, project(p, r))
-        return R, r
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def predict(
-        f: Filaments,
-        past: History,
-        pace: Pace,
-        plan: Plan,
-        growth: Growth,
-        clock: Scalars1D,
-        parameters: ParameterArray,
-        low: wp.vec3d,
-        high: wp.vec3d,
-    ):
-        """The extrapolated state at the end of a step of the length in the clock; ``dim = tiles``."""
-        tile = wp.tid()
-        choose_equal_steps(tile, f, pace, plan, clock)
-        extrapolate(f, past, pace, plan, growth, parameters[0], tile, low, high)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def predict_own(
-        f: Filaments,
-        past: History,
-        pace: Pace,
-        plan: Plan,
-        growth: Growth,
-        target: Scalars1D,
-        behind: Integers1D,
-        parameters: ParameterArray,
-        low: wp.vec3d,
-        high: wp.vec3d,
-    ):
-        """The extrapolated state at the end of a step of each rod's own; ``dim = tiles``."""
-        tile = wp.tid()
-        choose_own_steps(tile, f, pace, plan, growth, target, behind)
-        extrapolate(f, past, pace, plan, growth, parameters[0], tile, low, high)
 
     @wp.func
     def accept_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
@@ -393,8 +344,10 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         r = r0
         x = r0
         if plan.together[rod] == 1:
-            omega, u = plan.angular_velocity[rod], plan.velocity[rod]
-            R, r, x = stepped(past, p, plan, rod, omega, u, real(1.0) / number_in(plan.rate, rod), turn)
+            scale = real(1.0) / number_in(plan.rate, rod)
+            back = weight_of(plan.value, rod, 1) - scale * weight_of(plan.slope, rod, 1)
+            theta, mu = scale * plan.angular_velocity[rod], scale * plan.velocity[rod]
+            R, r, x = stepped(past, p, rod, back, theta, mu, turn)
         else:
             R, r, x = carried(past, p, rod, R0, r0, at, levels, at[1], at[0], turn)
         allowed = LARGEST_PROJECTION * f.spacing_of_rod[rod] + real(0.1) * wp.length(x - r0)
@@ -426,25 +379,22 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return 0
 
     @wp.kernel(module="unique", enable_backward=False)
-    def take(f: Filaments, past: History, pace: Pace, plan: Plan, parameters: ParameterArray):
-        """Make the result of the step the present state; a rod without a valid one is frozen; ``dim = tiles``."""
-        tile = wp.tid()
-        taken = Lanes()
-        for lane in range(rods_in(tile, f.status.shape[0])):
-            taken[lane] = real(take_step(f, past, pace, plan, parameters[0], tile * WIDTH + lane))
-        keep_fields(f, past, tile, taken)
+    def take(
+        f: Filaments, past: History, pace: Pace, plan: Plan, own: int, target: Scalars1D, parameters: ParameterArray
+    ):
+        """Make the result of the step the present state; a rod without a valid one is frozen; ``dim = tiles``.
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def take_own(f: Filaments, past: History, pace: Pace, plan: Plan, target: Scalars1D, parameters: ParameterArray):
-        """As ``take`` where the error is small enough, with the choice of each rod's next step; ``dim = tiles``."""
+        For steps of each rod's own (``own`` = 1) only where the error is small enough, and with the choice of the next.
+        """
         tile = wp.tid()
         taken = Lanes()
         for lane in range(rods_in(tile, f.status.shape[0])):
             rod = tile * WIDTH + lane
-            if f.active[rod] == 1:
+            if own == 1 and f.active[rod] == 1:
                 repeat_or_accept(f, past, pace, plan, target, rod)
             taken[lane] = real(take_step(f, past, pace, plan, parameters[0], rod))
-            choose_next_step(f, pace, plan, target, rod)
+            if own == 1:
+                choose_next_step(f, pace, plan, target, rod)
         keep_fields(f, past, tile, taken)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -456,10 +406,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         growth: Growth,
         target: Scalars1D,
         parameters: ParameterArray,
-        low: wp.vec3d,
-        high: wp.vec3d,
     ):
-        """The state at the time ``target[0]`` within the last step, or at its end; ``dim = tiles``."""
+        """Ω, spacing and tracked frames at the time ``target[0]`` in the last step, or at its end; ``dim = tiles``."""
         tile = wp.tid()
         w, tangent, x = Weights(), Vector(), Vector()
         for lane in range(rods_in(tile, f.status.shape[0])):
@@ -483,7 +431,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 x[j, lane] = r[j]
         for i in range(f.geodesic.shape[1]):
             f.geodesic[tile, i] = geodesic_at(past, w, tile, i)
-        lay_out(f, plan, parameters[0], tile, f.tracked, tangent, x, low, high)
+        plan.tangent[tile] = tangent
+        plan.place[tile] = x
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):
@@ -506,15 +455,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             before = strain
         largest[rod] = found
 
-    return SimpleNamespace(
-        place=place,
-        predict=predict,
-        predict_own=predict_own,
-        take=take,
-        take_own=take_own,
-        show=show,
-        residuals=residuals,
-    )
+    return SimpleNamespace(place=place, predict=predict, lay_out=lay_out, take=take, show=show, residuals=residuals)
 
 
 @functools.cache

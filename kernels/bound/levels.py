@@ -4,7 +4,7 @@ import warp as wp
 
 from warp_rods.kernels.bound.growth import Growth, step_to_knot
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.clock import STEP
+from warp_rods.kernels.bound.state import Vectors1D as TileVectors
 from warp_rods.kernels.lanes import WIDTH, Lanes1D, Lanes2D, Pairs, add, mul, rods_in  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Integers1D, Matrices1D, Scalars1D, Scalars2D, Vectors1D, Vectors2D, real
 from warp_rods.kernels.multistep import LEVELS, Levels, Pace, Weights, combine
@@ -53,6 +53,8 @@ class Plan:
     error: Scalars1D  # of the step
     lower: Scalars1D  # of a step of the order below, and of that above; negative: not known
     higher: Scalars1D
+    tangent: TileVectors  # of the node from which frames are laid out [tile], and its place
+    place: TileVectors
     unfit: Scalars1D  # OK, or why the rod cannot follow its surface
 
 
@@ -74,13 +76,13 @@ def turn_at(past: History, w: Levels, rod: int) -> real:
 
 
 @wp.func
-def choose_equal_steps(tile: int, f: Filaments, pace: Pace, plan: Plan, clock: Scalars1D):
-    """Steps of the length in the clock and of second order, for every rod that is not frozen."""
+def choose_equal_steps(tile: int, f: Filaments, pace: Pace, plan: Plan, step: real):
+    """Steps of this length and of second order, for every rod that is not frozen."""
     for lane in range(rods_in(tile, f.status.shape[0])):
         rod = tile * WIDTH + lane
         f.active[rod] = wp.where(f.status[rod] == OK, 1, 0)
         plan.together[rod] = 1
-        pace.step[rod] = clock[STEP]
+        pace.step[rod] = step
         pace.order[rod] = wp.min(pace.levels[rod], 2)
 
 
@@ -91,10 +93,8 @@ def reset(flag: Integers1D):
 
 
 @wp.func
-def choose_own_steps(
-    tile: int, f: Filaments, pace: Pace, plan: Plan, growth: Growth, target: Scalars1D, behind: Integers1D
-):
-    """Let every rod that is not frozen take a step of its own until it has reached ``target[0]``.
+def choose_own_steps(tile: int, f: Filaments, pace: Pace, plan: Plan, growth: Growth, target: real, behind: Integers1D):
+    """Let every rod that is not frozen take a step of its own until it has reached ``target``.
 
     No step passes a knot of the length against time, which the error of a long one might not see.
     """
@@ -102,7 +102,7 @@ def choose_own_steps(
         rod = tile * WIDTH + lane
         f.active[rod] = 0
         plan.together[rod] = 0
-        if f.status[rod] == OK and pace.at[rod, 0] < target[0]:
+        if f.status[rod] == OK and pace.at[rod, 0] < target:
             f.active[rod] = 1
             behind[0] = 1
             pace.step[rod] = step_to_knot(growth, rod, pace.at[rod, 0], pace.step[rod])

@@ -1,4 +1,4 @@
-"""The arrays of an ensemble of surface-bound filaments, grouped as the kernels take them: of tiles, or of single rods."""
+"""The arrays of an ensemble of surface-bound filaments as the kernels take them: of tiles, or of single rods."""
 
 import warp as wp
 

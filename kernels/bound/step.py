@@ -82,7 +82,7 @@ def status_of(
     """
     distance = dt * (wp.length(u) + h * wp.length(omega))
     if not (wp.isfinite(total) and wp.isfinite(distance)):
-        return NOT_FINITE
+        return wp.max(unfit, NOT_FINITE)  # beside a kink curvatures may be infinite
     if largest * h > HALF_TURN:
         return TOO_BENT
     if distance > length:

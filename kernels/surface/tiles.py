@@ -1,4 +1,4 @@
-"""Surfaces for tiles of rods: fields lane by lane, and the geometry that follows (docs/model.md §5.1; (5.15) to (5.23))."""
+"""Surfaces for tiles of rods: fields lane by lane, and their geometry (docs/model.md §5.1; (5.15) to (5.23))."""
 
 import functools
 
@@ -52,7 +52,7 @@ def in_lanes(field: wp.Function) -> wp.Function:
 
 @wp.func
 def shift_to_surface(phi: Lanes, gradient: Vector, H: Symmetric, d: Vector) -> Vector:
-    """What one Newton step subtracts from the point x + d, with φ there of third order in d; derivatives are those at x."""
+    """What one Newton step subtracts from the point x + d, from φ, ∇φ, ∇∇φ at x; φ there is in error by O(d³)."""
     Hd = H * d
     there = phi + dot(gradient, d) + real(0.5) * dot(d, Hd)
     g = gradient + Hd

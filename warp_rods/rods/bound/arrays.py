@@ -180,6 +180,8 @@ def _plan(rods: int, device: Any) -> Any:
         setattr(plan, name, per_rod(tiles, Weights, device))
     for name in ("rate", "turn_slope"):
         setattr(plan, name, per_rod(tiles, Lanes, device))
+    for name in ("tangent", "place"):
+        setattr(plan, name, per_rod(tiles, Vector, device))
     plan.status, plan.together = (per_rod(rods, wp.int32, device) for _ in range(2))
     for name in ("end", "angle", "error", "lower", "higher", "unfit"):
         setattr(plan, name, per_rod(rods, wp.float64, device))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -38,9 +37,11 @@ class BoundLaunches:
     def _record(self) -> None:
         self.version = object()
         parts = self._slices()
-        self._predict = RecordedInThreads([partial(self._launch_predict, a) for a in parts], self.device)
+        self._predict = RecordedInThreads(
+            [partial(self._launch_predict, a, 0, self.clock.array) for a in parts], self.device
+        )
         self._try = RecordedInThreads([partial(self._launch_try, a) for a in parts], self.device)
-        self._accept = RecordedInThreads([partial(self._launch_accept, a) for a in parts], self.device)
+        self._accept = RecordedInThreads([partial(self._launch_accept, a, 0) for a in parts], self.device)
         self._behind = [per_rod(1, wp.int32, self.device) for _ in parts]
         own = [partial(self._launch_own_step, *pair) for pair in zip(parts, self._behind, strict=True)]
         self._own_step = RecordedInThreads(own, self.device)
@@ -72,7 +73,8 @@ class BoundLaunches:
         """Project one node and its direction [rod, 3] onto the surface, and lay out the others from it."""
         a = self.arrays
         given = wp.array(direction, dtype=wp.vec3d, device=self.device)
-        self._launch(self._surface.place, a.tiles, a.f, a.plan, self._parameters, node, given, *self._ends)
+        self._launch(self._surface.place, a.tiles, a.f, a.plan, self._parameters, node, given)
+        self._launch_lay_out(a, node)
 
     def set_membrane_time(self, time: float) -> None:
         """Set the parameters of a moving membrane to those at this time; nothing to do for a membrane at rest."""
@@ -114,24 +116,27 @@ class BoundLaunches:
         self._target.assign([time, 0.0, 0.0])
         self._show()
 
-    def _launch_predict(self, a: Arrays) -> None:
+    def _launch_predict(self, a: Arrays, own: int, clock: wp.array, behind: wp.array | None = None) -> None:
         state = (a.f, a.past, a.pace, a.plan, a.growth)
-        self._launch(self._surface.predict, a.tiles, *state, self.clock.array, self._parameters, *self._ends)
+        self._launch(self._surface.predict, a.tiles, *state, own, clock, behind, self._parameters)
+        self._launch_lay_out(a, a.f.tracked)
+
+    def _launch_lay_out(self, a: Arrays, node: int) -> None:
+        self._launch(self._surface.lay_out, a.tiles, a.f, a.plan, self._parameters, node, *self._ends)
 
     def _launch_try(self, a: Arrays) -> None:
         self._launch_motion(a)
         self._launch(step.try_step, a.tiles, a.f, a.past, a.pace, a.plan, a.systems)
 
-    def _launch_accept(self, a: Arrays) -> None:
-        self._launch(self._surface.take, a.tiles, a.f, a.past, a.pace, a.plan, self._parameters)
+    def _launch_accept(self, a: Arrays, own: int) -> None:
+        state = (a.f, a.past, a.pace, a.plan)
+        self._launch(self._surface.take, a.tiles, *state, own, self._target, self._parameters)
 
     def _launch_own_step(self, a: Arrays, behind: wp.array) -> None:
-        state: tuple[Any, ...] = (a.f, a.past, a.pace, a.plan)
         self._launch(levels.reset, 1, behind)
-        target = (self._target, behind, self._parameters, *self._ends)
-        self._launch(self._surface.predict_own, a.tiles, *state, a.growth, *target)
+        self._launch_predict(a, 1, self._target, behind)
         self._launch_try(a)
-        self._launch(self._surface.take_own, a.tiles, *state, self._target, self._parameters)
+        self._launch_accept(a, 1)
 
     def _launch_motion(self, a: Arrays) -> None:
         if self._membrane.moving:
@@ -140,7 +145,8 @@ class BoundLaunches:
     def _launch_show(self) -> None:
         a = self.arrays
         state = (a.f, a.past, a.pace, a.plan, a.growth)
-        self._launch(self._surface.show, a.tiles, *state, self._target, self._parameters, *self._ends)
+        self._launch(self._surface.show, a.tiles, *state, self._target, self._parameters)
+        self._launch_lay_out(a, a.f.tracked)
 
     def _launch_output(self) -> None:
         a = self.arrays

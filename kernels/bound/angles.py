@@ -82,8 +82,8 @@ def turn_to_velocity(f: Filaments, tile: int, i: int, before: Lanes, after: Lane
     else:
         w1 -= before / h
         w2 += after / h
-    Z22 = resistance_at(f, tile, i)[2]
-    return block(w0 / Z22, w1 / Z22, w2 / Z22, w3 / Z22)
+    mobility = real(1.0) / resistance_at(f, tile, i)[2]
+    return block(w0 * mobility, w1 * mobility, w2 * mobility, w3 * mobility)
 
 
 @wp.func

@@ -36,6 +36,19 @@ def series_of(square: Lanes, c: wp.types.vector(8, real), f: wp.types.vector(8, 
     """A, B, C of (B.15), (B.16) by power series in the square of the angle."""
 
 
+@wp.func_native(
+    each(
+        "Vector",
+        """const double t = square.c[k];
+    const double C = c.c[0] + t * (c.c[1] + t * (c.c[2] + t * c.c[3]));
+    const double F = f.c[0] + t * (f.c[1] + t * (f.c[2] + t * f.c[3]));
+    r.data[0][k] = 1.0 - t * C; r.data[1][k] = 0.5 - t * F; r.data[2][k] = C;""",
+    )
+)
+def short_series_of(square: Lanes, c: wp.types.vector(8, real), f: wp.types.vector(8, real)) -> Vector:
+    """The first terms of A, B, C: to 1e-9 for angles below 0.5, to 1e-3 below π."""
+
+
 @wp.func
 def coefficients_of(square: Lanes) -> Vector:
     """A, B, C of (B.15), (B.16) from the square of the angle."""
@@ -67,9 +80,21 @@ def turned_tangent(theta: Vector, first: Lanes, second: Lanes) -> Vector:
 
 
 @wp.func
+def about_one_cell_further(f: Filaments, tile: int, i: int, r: Vector, strain: Vector, ds: Lanes):
+    """As ``one_cell_further`` with ``short_series_of``."""
+    theta = ds * strain
+    return moved(f, tile, i, r, theta, short_series_of(dot(theta, theta), SERIES_C, SERIES_F), ds)
+
+
+@wp.func
 def one_cell_further(f: Filaments, tile: int, i: int, r: Vector, strain: Vector, ds: Lanes):
     """Place and tangent of ``S exp(ds (strain, e0))`` from the frame at node i and its place r (D.81), (D.82)."""
     theta = ds * strain
-    abc = coefficients_of(dot(theta, theta))
+    return moved(f, tile, i, r, theta, coefficients_of(dot(theta, theta)), ds)
+
+
+@wp.func
+def moved(f: Filaments, tile: int, i: int, r: Vector, theta: Vector, abc: Vector, ds: Lanes):
+    """Place and tangent of ``S exp(θ, ds e0)`` with the coefficients A, B, C."""
     x = r + ds * in_space(f, tile, i, turned_tangent(theta, abc[1], abc[2]))
     return x, in_space(f, tile, i, turned_tangent(theta, abc[0], abc[1]))

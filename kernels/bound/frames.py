@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warp_rods.kernels.bound.cells import one_cell_further
+from warp_rods.kernels.bound.cells import about_one_cell_further, one_cell_further
 from warp_rods.kernels.bound.growth import Growth, length_at
 from warp_rods.kernels.bound.levels import (
     History,
@@ -62,7 +62,6 @@ from warp_rods.kernels.surface.geometry import (
     normal,
     normal_motion,
     to_surface,
-    to_tangent,
 )
 
 wp.set_module_options({"enable_backward": False})
@@ -112,6 +111,14 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         return to_surface(x, phi, g)
 
     @wp.func
+    def project_twice(p: Parameters, x: Vector) -> Vector:
+        """Two Newton steps towards the surface: the error of the first is of second order in a step in time."""
+        first, g, _H = in_lanes(x, p)
+        y = x - g * (first / dot(g, g))
+        second, h, _H = in_lanes(y, p)
+        return y - h * (second / dot(h, h))
+
+    @wp.func
     def store_frame(f: Filaments, p: Parameters, tile: int, i: int, tangent: Vector, r: Vector) -> Lanes:
         """Store the frame of node i at r, with the tangent projected into the tangent plane.
 
@@ -132,15 +139,15 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
     def advance_cell(f: Filaments, p: Parameters, tile: int, i: int, j: int, r: Vector, guess: Vector):
         """Node j from its neighbour i at r: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected once.
 
-        The first sweep takes ``guess`` for the curvature at j, the second that where the first one ends. φ where the
-        second ends, which is very close, follows from its derivatives there. The chord keeps the length that the
+        The first sweep, of less digits, takes ``guess`` for the curvature at j, the second that where the first one
+        ends. φ where the second ends, which is very close, follows from its derivatives there. The chord keeps the length that the
         exponential gives it, so that the projection does not stretch the rod. Returns the place, and 1 where the cell
         follows the surface: the projection and the turn of the tangent are small, and finite.
         """
         h = f.spacing[tile]
         ds = real(j - i) * h
         here, geodesic = strain_of(f.curvature[tile, i], f.geodesic[tile, i]), f.geodesic[tile, j]
-        first, q = one_cell_further(f, tile, i, r, real(0.5) * (here + strain_of(guess, geodesic)), ds)
+        first, q = about_one_cell_further(f, tile, i, r, real(0.5) * (here + strain_of(guess, geodesic)), ds)
         phi, g, H = in_lanes(first, p)
         mean = real(0.5) * (here + strain_of(surface.curvature_of(g, H, q), geodesic))
         x, q = one_cell_further(f, tile, i, r, mean, ds)
@@ -195,7 +202,6 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
     @wp.func
     def carried(
         past: History,
-        p: Parameters,
         rod: int,
         R0: wp.mat33d,
         r0: wp.vec3d,
@@ -205,18 +211,13 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         end: real,
         turn: real,
     ):
-        """The frame of the tracked node carried from ``start`` to ``end`` by its rates and a turn about n.
-
-        Returns rotation, position before and after two Newton steps towards the surface: the error of the first step
-        is of second order in a step that may be long.
-        """
+        """The frame of the tracked node carried from ``start`` to ``end`` by its rates and a turn about n."""
         theta, mu = twist_over(past.angular_velocity, past.velocity, rod, at, levels, start, end)
         D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
-        R, r = se3_compose(R0, r0, D, d)
-        return R, r, project(p, project(p, r))
+        return se3_compose(R0, r0, D, d)
 
     @wp.func
-    def stepped(past: History, p: Parameters, rod: int, back: real, theta: wp.vec3d, mu: wp.vec3d, turn: real):
+    def stepped(past: History, rod: int, back: real, theta: wp.vec3d, mu: wp.vec3d, turn: real):
         """The frame of the tracked node by the backward formula of Ω, and a turn about n.
 
         x are screws from the last frame Sₙ, and ξ that to the frame before it: x = (θ, μ) + ``back`` ξ, where
@@ -232,8 +233,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             theta += back * xi_theta
             mu += back * xi_mu
         D, d = se3_exp(wp.vec3d(theta[0], theta[1], turn), mu)
-        R, r = se3_compose(R0, r0, D, d)
-        return R, r, project(p, project(p, r))
+        return se3_compose(R0, r0, D, d)
 
     @wp.kernel(module="unique", enable_backward=False)
     def place(f: Filaments, plan: Plan, parameters: ParameterArray, node: int, direction: Vectors1D):
@@ -265,7 +265,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         f.spacing_of_rod[rod] = spacing[lane]
 
     @wp.func
-    def foretold_frame(f: Filaments, past: History, pace: Pace, plan: Plan, formula: Formula, p: Parameters, rod: int):
+    def foretold_frame(f: Filaments, past: History, pace: Pace, plan: Plan, formula: Formula, rod: int):
         """The extrapolated frame of the tracked node at the end of the step."""
         R = past.rotation[rod]
         r = past.position[rod]
@@ -274,11 +274,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             at = times_of(pace, rod)
             turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
             if plan.together[rod] == 1:
-                R, _r, r = stepped(past, p, rod, formula.value[1], wp.vec3d(), wp.vec3d(), turn)
-            else:
-                R, _r, r = carried(past, p, rod, R, r, at, levels, at[0], plan.end[rod], turn)
-        elif f.membrane_moves == 1:
-            r = project(p, project(p, r))
+                return stepped(past, rod, formula.value[1], wp.vec3d(), wp.vec3d(), turn)
+            return carried(past, rod, R, r, at, levels, at[0], plan.end[rod], turn)
         return R, r
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -317,7 +314,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 turn_slope[lane] = turn_at(past, formula.slope, rod)
                 plan.end[rod] = t
                 set_length(f, growth, tile, lane, t)
-                R, r = foretold_frame(f, past, pace, plan, formula, parameters[0], rod)
+                R, r = foretold_frame(f, past, pace, plan, formula, rod)
                 for j in range(3):
                     tangent[j, lane] = R[j, 0]
                     x[j, lane] = r[j]
@@ -325,58 +322,62 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         plan.slope[tile] = slope
         plan.rate[tile] = rate
         plan.turn_slope[tile] = turn_slope
+        if f.start_clamped + f.end_clamped == 0:
+            x = project_twice(parameters[0], x)
         plan.tangent[tile] = tangent
         plan.place[tile] = x
         for i in range(f.geodesic.shape[1]):
             f.geodesic[tile, i] = geodesic_at(past, value, tile, i)
 
     @wp.func
-    def accept_frame(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
-        """Carry the tracked node over the step that was taken; OFF_SURFACE if it would be projected too far."""
-        if f.start_clamped + f.end_clamped > 0:
-            return OK
+    def next_frame(past: History, pace: Pace, plan: Plan, rod: int):
+        """The tracked frame at the end of the step that was taken, before it is projected onto the surface."""
         at = times_of(pace, rod)
-        R0 = past.rotation[rod]
-        r0 = past.position[rod]
         turn = past.turn[rod, 0] - past.turn[rod, 1]
-        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
-        R = R0
-        r = r0
-        x = r0
         if plan.together[rod] == 1:
             scale = real(1.0) / number_in(plan.rate, rod)
             back = weight_of(plan.value, rod, 1) - scale * weight_of(plan.slope, rod, 1)
             theta, mu = scale * plan.angular_velocity[rod], scale * plan.velocity[rod]
-            R, r, x = stepped(past, p, rod, back, theta, mu, turn)
-        else:
-            R, r, x = carried(past, p, rod, R0, r0, at, levels, at[1], at[0], turn)
-        allowed = LARGEST_PROJECTION * f.spacing_of_rod[rod] + real(0.1) * wp.length(x - r0)
-        if not (wp.length(x - r) < allowed):
-            return OFF_SURFACE
-        past.rotation_before[rod] = R0
-        past.position_before[rod] = r0
-        _phi, g, _H = field(x, p)
-        n = normal(g)
-        past.rotation[rod] = frame(to_tangent(first_column(R), n), n)
-        past.position[rod] = x
-        return OK
+            return stepped(past, rod, back, theta, mu, turn)
+        levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
+        return carried(past, rod, past.rotation[rod], past.position[rod], at, levels, at[1], at[0], turn)
 
     @wp.func
-    def take_step(f: Filaments, past: History, pace: Pace, plan: Plan, p: Parameters, rod: int) -> int:
-        """Make the result of the step of a rod the present state but for its fields, or freeze it; returns 1 or 0."""
-        if f.active[rod] == 0:
-            return 0
-        start = pace.at[rod, 0]
-        status = plan.status[rod]
-        if status == OK:
-            accept(past, pace, plan, rod)
-            status = accept_frame(f, past, pace, plan, p, rod)
-            if status == OK:
-                return 1
-            take_back(past, pace, rod)
+    def freeze(f: Filaments, past: History, rod: int, status: int, time: real):
+        """Let a rod take no more steps."""
         f.status[rod] = status
-        past.failed_at[rod] = start
-        return 0
+        past.failed_at[rod] = time
+
+    @wp.func
+    def store_tracked_frames(
+        f: Filaments, past: History, pace: Pace, p: Parameters, tile: int, taken: Lanes, tangent: Vector, r: Vector
+    ):
+        """Project the new tracked frames onto the surface; a rod that is projected too far returns to its last state.
+
+        Returns where rods have taken the step.
+        """
+        kept = taken
+        x = project_twice(p, r)
+        _phi, g, _H = in_lanes(x, p)
+        n = g * (real(1.0) / sqrt(dot(g, g)))
+        q = surface.to_tangent(tangent, n)
+        for lane in range(rods_in(tile, f.status.shape[0])):
+            rod = tile * WIDTH + lane
+            if taken[lane] != real(0.0):
+                end = wp.vec3d(x[0, lane], x[1, lane], x[2, lane])
+                shift = wp.length(end - wp.vec3d(r[0, lane], r[1, lane], r[2, lane]))
+                allowed = LARGEST_PROJECTION * f.spacing_of_rod[rod] + real(0.1) * wp.length(end - past.position[rod])
+                if shift < allowed:
+                    past.rotation_before[rod] = past.rotation[rod]
+                    past.position_before[rod] = past.position[rod]
+                    along = wp.vec3d(q[0, lane], q[1, lane], q[2, lane])
+                    past.rotation[rod] = frame(along, wp.vec3d(n[0, lane], n[1, lane], n[2, lane]))
+                    past.position[rod] = end
+                else:
+                    freeze(f, past, rod, OFF_SURFACE, pace.at[rod, 1])
+                    take_back(past, pace, rod)
+                    kept[lane] = real(0.0)
+        return kept
 
     @wp.kernel(module="unique", enable_backward=False)
     def take(
@@ -387,14 +388,28 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         For steps of each rod's own (``own`` = 1) only where the error is small enough, and with the choice of the next.
         """
         tile = wp.tid()
-        taken = Lanes()
+        taken, tangent, r = Lanes(), Vector(), Vector()
+        tracked_moves = f.start_clamped + f.end_clamped == 0
         for lane in range(rods_in(tile, f.status.shape[0])):
             rod = tile * WIDTH + lane
             if own == 1 and f.active[rod] == 1:
                 repeat_or_accept(f, past, pace, plan, target, rod)
-            taken[lane] = real(take_step(f, past, pace, plan, parameters[0], rod))
-            if own == 1:
-                choose_next_step(f, pace, plan, target, rod)
+            if f.active[rod] == 1:
+                if plan.status[rod] == OK:
+                    accept(past, pace, plan, rod)
+                    taken[lane] = real(1.0)
+                    if tracked_moves:
+                        R, place = next_frame(past, pace, plan, rod)
+                        for j in range(3):
+                            tangent[j, lane] = R[j, 0]
+                            r[j, lane] = place[j]
+                else:
+                    freeze(f, past, rod, plan.status[rod], pace.at[rod, 0])
+        if tracked_moves:
+            taken = store_tracked_frames(f, past, pace, parameters[0], tile, taken, tangent, r)
+        if own == 1:
+            for lane in range(rods_in(tile, f.status.shape[0])):
+                choose_next_step(f, pace, plan, target, tile * WIDTH + lane)
         keep_fields(f, past, tile, taken)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -409,7 +424,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
     ):
         """Ω, spacing and tracked frames at the time ``target[0]`` in the last step, or at its end; ``dim = tiles``."""
         tile = wp.tid()
-        w, tangent, x = Weights(), Vector(), Vector()
+        w, tangent, x, within = Weights(), Vector(), Vector(), Lanes()
         for lane in range(rods_in(tile, f.status.shape[0])):
             rod = tile * WIDTH + lane
             f.active[rod] = 1
@@ -423,7 +438,8 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 turn = turn_at(past, e, rod) - past.turn[rod, 1]
                 before, origin = past.rotation_before[rod], past.position_before[rod]
                 levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
-                R, _r, r = carried(past, parameters[0], rod, before, origin, at, levels, at[1], t, turn)
+                R, r = carried(past, rod, before, origin, at, levels, at[1], t, turn)
+                within[lane] = real(1.0)
             for j in range(LEVELS):
                 w[j, lane] = e[j]
             for j in range(3):
@@ -432,7 +448,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         for i in range(f.geodesic.shape[1]):
             f.geodesic[tile, i] = geodesic_at(past, w, tile, i)
         plan.tangent[tile] = tangent
-        plan.place[tile] = x
+        plan.place[tile] = where(within, project_twice(parameters[0], x), x)
 
     @wp.kernel(module="unique", enable_backward=False)
     def residuals(f: Filaments, parameters: ParameterArray, largest: Vectors1D):

@@ -20,9 +20,10 @@ def inner_row(f: Filaments, tile: int, i: int) -> Block:
     geodesic = f.geodesic[tile, i]
     one = real(1.0)
     mobility = geodesic / Z[2]
-    half_coupling = real(0.5) * geodesic * Z[1] / Z[2]
-    after = one / f.spacing[tile] + half_coupling
-    before = one / f.spacing[tile] - half_coupling
+    half_coupling = real(0.5) * mobility * Z[1]
+    per_length = one / f.spacing[tile]
+    after = per_length + half_coupling
+    before = per_length - half_coupling
     return block(
         -before * f.u1_left[tile, i - 1],
         after * f.u1_left[tile, i] - before * f.u1_right[tile, i - 1] - mobility * geodesic,

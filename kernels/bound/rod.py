@@ -152,8 +152,9 @@ def velocity_across_at(f: Filaments, tile: int, i: int) -> Lanes:
         return Lanes()
     Z = resistance_at(f, tile, i)
     force = f.geodesic[tile, i] * f.tension[tile, i] + f.transverse_force[tile, i]
-    u2 = force / Z[2]
-    z = Z[1] / Z[2]
+    mobility = real(1.0) / Z[2]
+    u2 = force * mobility
+    z = Z[1] * mobility
     half_angle = real(0.5) * f.spacing[tile] * f.geodesic[tile, i]
     half_shortening = real(0.5) * f.spacing[tile] * shortening_rate(f, tile, i)
     if i == 0:

@@ -75,8 +75,9 @@ def curvature(H: Symmetric, q: Vector, across: Vector, per_size: Lanes) -> Vecto
 
 @wp.func
 def curvature_of(gradient: Vector, H: Symmetric, tangent: Vector) -> Vector:
-    """(K11, K12, K22) for a unit vector near the tangent plane."""
-    per_size = real(1.0) / sqrt(dot(gradient, gradient))
-    n = gradient * per_size
-    q = to_tangent(tangent, n)
-    return curvature(H, q, cross(n, q), per_size)
+    """(K11, K12, 0) for a unit vector near the tangent plane, of which the part in that plane counts."""
+    size2, out = dot(gradient, gradient), dot(tangent, gradient)
+    q = tangent - gradient * (out / size2)
+    Hq = H * q
+    scale = real(-1.0) / (size2 - out * out)
+    return vector(sqrt(size2) * scale * dot(q, Hq), scale * dot(cross(gradient, q), Hq), Lanes())

@@ -9,14 +9,27 @@ done once for a rod and step loops over the lanes of a tile: rod ``tile * WIDTH 
 tile the lanes beyond the last rod repeat it, and are never stored to arrays [rod].
 """
 
+import ctypes
+import os
+
 import warp as wp
 
 from warp_rods.kernels.layout import Integers1D, Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
-WIDTH = 1 if wp.is_cuda_available() else 8
-"""Rods in a tile. A thread of a GPU takes one; vector instructions of CPUs take up to 8."""
+
+def has_cuda_driver() -> bool:
+    """Whether a CUDA driver is installed. To ask Warp would start it, with its banner."""
+    try:
+        ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:
+        return False
+    return True
+
+
+WIDTH = 1 if has_cuda_driver() else 8
+"""Rods in a tile: a thread of a GPU takes one, vector instructions of CPUs take up to 8. Either width works on both."""
 
 Lanes = wp.types.vector(length=WIDTH, dtype=real)
 """A number for each rod."""
@@ -26,9 +39,11 @@ Vector = wp.types.matrix(shape=(3, WIDTH), dtype=real)
 """Three components for each rod."""
 Block = wp.types.matrix(shape=(4, WIDTH), dtype=real)
 """A 2 × 2 matrix for each rod: rows 00, 01, 10, 11."""
+Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
+"""A 3 × 3 matrix for each rod, row by row."""
 Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
 """A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
-FIELDS = (Lanes, Pair, Vector, Block)
+FIELDS = (Lanes, Pair, Vector, Block, Matrix)
 """The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)
@@ -38,153 +53,261 @@ Vectors = wp.array2d(dtype=Vector)
 Blocks = wp.array2d(dtype=Block)
 
 
-def each(result: str, body: str) -> str:
-    """C++ of a function: ``body`` sets what rod k has in ``r``, a new value of the type ``result``."""
-    types = {
-        "Lanes": f"wp::vec_t<{WIDTH}, wp::float64>",
-        "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
-        "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
-        "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
-    }
-    return f"{types[result]} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
+_TYPES = {
+    "Lanes": f"wp::vec_t<{WIDTH}, wp::float64>",
+    "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
+    "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
+    "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
+    "Matrix": f"wp::mat_t<9, {WIDTH}, wp::float64>",
+}
+
+
+def rows(result: str, names: str, body: str) -> str:
+    """C++ of a function of fields: ``body`` sets the rows ``R[i]`` of the result from those of its arguments.
+
+    names: the arguments that are fields; the rows of ``a`` are ``A[i]``. What the body says of a row holds for each
+    rod. Clang's vectors keep rows in registers, which loops over rods do not; CUDA has no such vectors.
+    """
+    vectors = "".join(f"const V* {name.upper()} = (const V*)&{name};" for name in names)
+    numbers = "".join(f"const Row {name.upper()} = {{(double*)&{name} + k}};" for name in names)
+    return f"""{_TYPES[result]} r;
+#if defined(__CUDACC__)
+    struct Row {{ double* first; double& operator[](int i) const {{ return first[i * {WIDTH}]; }} }};
+    for (int k = 0; k < {WIDTH}; ++k) {{ {numbers} const Row R = {{(double*)&r + k}}; {body} }}
+#else
+    typedef double V __attribute__((ext_vector_type({WIDTH}), aligned(8)));
+    {vectors} V* R = (V*)&r; {body}
+#endif
+    return r;"""
 
 
 # --- Operators ------------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] * b.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] + B[0];"))
+def add(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1];"))
+def add(a: Pair, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1]; R[2] = A[2] + B[2];"))
+def add(a: Vector, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1]; R[2] = A[2] + B[2]; R[3] = A[3] + B[3];"))
+def add(a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a + B[0];"))
+def add(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] - B[0];"))
+def sub(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1];"))
+def sub(a: Pair, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1]; R[2] = A[2] - B[2];"))
+def sub(a: Vector, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1]; R[2] = A[2] - B[2]; R[3] = A[3] - B[3];"))
+def sub(a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a - B[0];"))
+def sub(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = -A[0];"))
+def neg(a: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "a", "R[0] = -A[0]; R[1] = -A[1];"))
+def neg(a: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "a", "R[0] = -A[0]; R[1] = -A[1]; R[2] = -A[2];"))
+def neg(a: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "a", "R[0] = -A[0]; R[1] = -A[1]; R[2] = -A[2]; R[3] = -A[3];"))
+def neg(a: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a * B[0];"))
+def mul(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "b", "R[0] = a * B[0]; R[1] = a * B[1];"))
+def mul(a: real, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "b", "R[0] = a * B[0]; R[1] = a * B[1]; R[2] = a * B[2];"))
+def mul(a: real, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "b", "R[0] = a * B[0]; R[1] = a * B[1]; R[2] = a * B[2]; R[3] = a * B[3];"))
+def mul(a: real, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0];"))
 def mul(a: Lanes, b: Lanes) -> Lanes: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.c[k] * b.data[0][k]; r.data[1][k] = a.c[k] * b.data[1][k];"))
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1];"))
 def mul(a: Lanes, b: Pair) -> Pair: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.data[0][k] * b.c[k]; r.data[1][k] = a.data[1][k] * b.c[k];"))
-def mul(a: Pair, b: Lanes) -> Pair: ...
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1]; R[2] = A[0] * B[2];"))
+def mul(a: Lanes, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Block", "for (int i = 0; i < 4; ++i) r.data[i][k] = a.c[k] * b.data[i][k];"))
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1]; R[2] = A[0] * B[2]; R[3] = A[0] * B[3];"))
 def mul(a: Lanes, b: Block) -> Block: ...
 
 
-@wp.func_native(each("Block", "for (int i = 0; i < 4; ++i) r.data[i][k] = a.data[i][k] * b.c[k];"))
+@wp.func_native(rows("Matrix", "ab", "for (int i = 0; i < 9; ++i) R[i] = A[0] * B[i];"))
+def mul(a: Lanes, b: Matrix) -> Matrix: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0];"))
+def mul(a: Pair, b: Lanes) -> Pair: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0]; R[2] = A[2] * B[0]; R[3] = A[3] * B[0];"))
 def mul(a: Block, b: Lanes) -> Block: ...
 
 
-@wp.func_native(
-    each(
-        "Pair",
-        """r.data[0][k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[1][k];
-    r.data[1][k] = a.data[2][k] * b.data[0][k] + a.data[3][k] * b.data[1][k];""",
-    )
-)
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0] + A[1] * B[1]; R[1] = A[2] * B[0] + A[3] * B[1];"))
 def mul(a: Block, b: Pair) -> Pair: ...
 
 
 @wp.func_native(
-    each(
+    rows(
         "Block",
-        """r.data[0][k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[2][k];
-    r.data[1][k] = a.data[0][k] * b.data[1][k] + a.data[1][k] * b.data[3][k];
-    r.data[2][k] = a.data[2][k] * b.data[0][k] + a.data[3][k] * b.data[2][k];
-    r.data[3][k] = a.data[2][k] * b.data[1][k] + a.data[3][k] * b.data[3][k];""",
+        "ab",
+        """
+    R[0] = A[0] * B[0] + A[1] * B[2]; R[1] = A[0] * B[1] + A[1] * B[3];
+    R[2] = A[2] * B[0] + A[3] * B[2]; R[3] = A[2] * B[1] + A[3] * B[3];
+    """,
     )
 )
 def mul(a: Block, b: Block) -> Block: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] / b.c[k];"))
-def div(a: Lanes, b: Lanes) -> Lanes: ...
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] / b;"))
+def div(a: Lanes, b: real) -> Lanes: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a / b.c[k];"))
+@wp.func_native(rows("Lanes", "b", "R[0] = a / B[0];"))
 def div(a: real, b: Lanes) -> Lanes: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.data[0][k] / b.c[k]; r.data[1][k] = a.data[1][k] / b.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] / B[0];"))
+def div(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] / B[0]; R[1] = A[1] / B[0];"))
 def div(a: Pair, b: Lanes) -> Pair: ...
 
 
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.data[i][k] / b.c[k];"))
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] / B[0]; R[1] = A[1] / B[0]; R[2] = A[2] / B[0];"))
 def div(a: Vector, b: Lanes) -> Vector: ...
 
 
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.c[k] * b.data[i][k];"))
-def mul(a: Lanes, b: Vector) -> Vector: ...
+@wp.func_native(
+    rows(
+        "Vector",
+        "ab",
+        "for (int i = 0; i < 3; ++i) R[i] = A[3 * i] * B[0] + A[3 * i + 1] * B[1] + A[3 * i + 2] * B[2];",
+    )
+)
+def mul(a: Matrix, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.data[i][k] * b.c[k];"))
+@wp.func_native(
+    rows(
+        "Matrix",
+        "ab",
+        """for (int i = 0; i < 9; i += 3) for (int j = 0; j < 3; ++j)
+            R[i + j] = A[i] * B[j] + A[i + 1] * B[3 + j] + A[i + 2] * B[6 + j];""",
+    )
+)
+def mul(a: Matrix, b: Matrix) -> Matrix: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] - b;"))
+def sub(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] + b;"))
+def add(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0]; R[2] = A[2] * B[0];"))
 def mul(a: Vector, b: Lanes) -> Vector: ...
 
 
 @wp.func_native(
-    each(
+    rows(
         "Vector",
-        """const double x = b.data[0][k], y = b.data[1][k], z = b.data[2][k];
-    r.data[0][k] = a.data[0][k] * x + a.data[1][k] * y + a.data[2][k] * z;
-    r.data[1][k] = a.data[1][k] * x + a.data[3][k] * y + a.data[4][k] * z;
-    r.data[2][k] = a.data[2][k] * x + a.data[4][k] * y + a.data[5][k] * z;""",
+        "ab",
+        """R[0] = A[0] * B[0] + A[1] * B[1] + A[2] * B[2]; R[1] = A[1] * B[0] + A[3] * B[1] + A[4] * B[2];
+        R[2] = A[2] * B[0] + A[4] * B[1] + A[5] * B[2];""",
     )
 )
 def mul(a: Symmetric, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a * b.data[i][k];"))
-def mul(a: real, b: Vector) -> Vector: ...
-
-
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.data[i][k] + b.data[i][k];"))
-def add(a: Vector, b: Vector) -> Vector: ...
-
-
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.data[i][k] - b.data[i][k];"))
-def sub(a: Vector, b: Vector) -> Vector: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a + b.c[k];"))
-def add(a: real, b: Lanes) -> Lanes: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] + b.c[k];"))
-def add(a: Lanes, b: Lanes) -> Lanes: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] - b.c[k];"))
-def sub(a: Lanes, b: Lanes) -> Lanes: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a - b.c[k];"))
-def sub(a: real, b: Lanes) -> Lanes: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] - b;"))
-def sub(a: Lanes, b: real) -> Lanes: ...
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] + b;"))
-def add(a: Lanes, b: real) -> Lanes: ...
-
-
 # --- Functions ------------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[1][k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0] + A[1] * B[1];"))
 def dot(a: Pair, b: Pair) -> Lanes:
     """Re(ā b)."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.data[0][k] * b.data[1][k] - a.data[1][k] * b.data[0][k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[1] - A[1] * B[0];"))
 def wedge(a: Pair, b: Pair) -> Lanes:
     """Im(ā b), which is e0·(a × b)."""
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = -z.data[1][k]; r.data[1][k] = z.data[0][k];"))
+@wp.func_native(rows("Pair", "z", "R[0] = -Z[1]; R[1] = Z[0];"))
 def times_i(z: Pair) -> Pair:
     """i z, which is e0 × z."""
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = x.c[k]; r.data[1][k] = y.c[k];"))
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0] - A[1] * B[1]; R[1] = A[0] * B[1] + A[1] * B[0];"))
+def times(a: Pair, b: Pair) -> Pair:
+    """ab of complex numbers."""
+
+
+@wp.func_native(rows("Pair", "z", "auto s = 1.0 / (Z[0] * Z[0] + Z[1] * Z[1]); R[0] = s * Z[0]; R[1] = -s * Z[1];"))
+def inverse(z: Pair) -> Pair:
+    """1/z of complex numbers."""
+
+
+@wp.func_native(
+    rows(
+        "Block",
+        "a",
+        """
+    auto s = 1.0 / (A[0] * A[3] - A[1] * A[2]);
+    R[0] = s * A[3]; R[1] = -s * A[1]; R[2] = -s * A[2]; R[3] = s * A[0];
+    """,
+    )
+)
+def inverse(a: Block) -> Block:
+    """a⁻¹."""
+
+
+@wp.func_native(rows("Pair", "xy", "R[0] = X[0]; R[1] = Y[0];"))
 def pair(x: Lanes, y: Lanes) -> Pair:
     """x + iy."""
 
@@ -194,71 +317,80 @@ def pair(x: real, y: real) -> wp.vec2d:
     return wp.vec2d(x, y)
 
 
-@wp.func_native(
-    each("Block", "r.data[0][k] = a.c[k]; r.data[1][k] = b.c[k]; r.data[2][k] = c.c[k]; r.data[3][k] = d.c[k];")
-)
-def block(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Block:
-    """The matrix with the rows (a, b) and (c, d)."""
-
-
-@wp.func_native(each("Vector", "r.data[0][k] = x.c[k]; r.data[1][k] = z.data[0][k]; r.data[2][k] = z.data[1][k];"))
+@wp.func_native(rows("Vector", "xz", "R[0] = X[0]; R[1] = Z[0]; R[2] = Z[1];"))
 def vector(x: Lanes, z: Pair) -> Vector:
     """The vector with the components x along and z across."""
 
 
-@wp.func_native(each("Vector", "r.data[0][k] = x.c[k]; r.data[1][k] = y.c[k]; r.data[2][k] = z.c[k];"))
+@wp.func_native(rows("Block", "abcd", "R[0] = A[0]; R[1] = B[0]; R[2] = C[0]; R[3] = D[0];"))
+def block(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Block:
+    """The matrix with the rows (a, b) and (c, d)."""
+
+
+@wp.func_native(
+    rows("Vector", "ab", "for (int i = 0; i < 3; ++i) R[i] = A[i] * B[0] + A[i + 3] * B[1] + A[i + 6] * B[2];")
+)
+def transposed_times(a: Matrix, b: Vector) -> Vector:
+    """aᵀb."""
+
+
+@wp.func_native(
+    rows(
+        "Matrix",
+        "ab",
+        """for (int i = 0; i < 3; ++i) for (int j = 0; j < 3; ++j)
+            R[3 * i + j] = A[i] * B[j] + A[i + 3] * B[j + 3] + A[i + 6] * B[j + 6];""",
+    )
+)
+def transposed_times(a: Matrix, b: Matrix) -> Matrix: ...
+
+
+@wp.func_native(f"{_TYPES['Lanes']} r; for (int k = 0; k < {WIDTH}; ++k) r.c[k] = ::sqrt(x.c[k]); return r;")
+def sqrt(x: Lanes) -> Lanes:
+    """√x."""
+
+
+@wp.func_native(rows("Lanes", "x", "R[0] = X[0] < 0.0 ? -X[0] : X[0];"))
+def magnitude(x: Lanes) -> Lanes:
+    """|x|."""
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? B[0] : A[0];"))
+def larger(a: Lanes, b: Lanes) -> Lanes:
+    """The larger one; a where b is NaN."""
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0] + A[1] * B[1] + A[2] * B[2];"))
+def dot(a: Vector, b: Vector) -> Lanes: ...
+
+
+@wp.func_native(rows("Vector", "xyz", "R[0] = X[0]; R[1] = Y[0]; R[2] = Z[0];"))
 def vector(x: Lanes, y: Lanes, z: Lanes) -> Vector:
     """The vector with these components."""
 
 
 @wp.func_native(
-    each(
-        "Lanes",
-        "r.c[k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[1][k] + a.data[2][k] * b.data[2][k];",
-    )
-)
-def dot(a: Vector, b: Vector) -> Lanes:
-    """a·b."""
-
-
-@wp.func_native(
-    each(
+    rows(
         "Vector",
-        """r.data[0][k] = a.data[1][k] * b.data[2][k] - a.data[2][k] * b.data[1][k];
-    r.data[1][k] = a.data[2][k] * b.data[0][k] - a.data[0][k] * b.data[2][k];
-    r.data[2][k] = a.data[0][k] * b.data[1][k] - a.data[1][k] * b.data[0][k];""",
+        "ab",
+        "R[0] = A[1] * B[2] - A[2] * B[1]; R[1] = A[2] * B[0] - A[0] * B[2]; R[2] = A[0] * B[1] - A[1] * B[0];",
     )
 )
 def cross(a: Vector, b: Vector) -> Vector:
     """a × b."""
 
 
-@wp.func_native(each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = a.data[i][k] * b.data[i][k];"))
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[1]; R[2] = A[2] * B[2];"))
 def by_component(a: Vector, b: Vector) -> Vector:
     """The products of the components."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = ::sqrt(x.c[k]);"))
-def sqrt(x: Lanes) -> Lanes:
-    """√x."""
-
-
-@wp.func_native(each("Lanes", "r.c[k] = x.c[k] * x.c[k];"))
+@wp.func_native(rows("Lanes", "x", "R[0] = X[0] * X[0];"))
 def square(x: Lanes) -> Lanes:
     """x²."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = x.c[k] < 0.0 ? -x.c[k] : x.c[k];"))
-def magnitude(x: Lanes) -> Lanes:
-    """|x|."""
-
-
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] < b.c[k] ? b.c[k] : a.c[k];"))
-def larger(a: Lanes, b: Lanes) -> Lanes:
-    """The larger one; a where b is NaN."""
-
-
-@wp.func_native(each("Lanes", "r.c[k] = b.c[k] < a.c[k] ? b.c[k] : a.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = B[0] < A[0] ? B[0] : A[0];"))
 def smaller(a: Lanes, b: Lanes) -> Lanes:
     """The smaller one; a where b is NaN."""
 
@@ -266,45 +398,56 @@ def smaller(a: Lanes, b: Lanes) -> Lanes:
 # --- Conditions -----------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = m.c[k] != 0.0 ? a.c[k] : b.c[k];"))
+@wp.func_native(rows("Lanes", "mab", "R[0] = M[0] != 0.0 ? A[0] : B[0];"))
 def where(m: Lanes, a: Lanes, b: Lanes) -> Lanes:
     """a where m is not zero, b elsewhere."""
 
 
-@wp.func_native(
-    each(
-        "Pair",
-        """r.data[0][k] = m.c[k] != 0.0 ? a.data[0][k] : b.data[0][k];
-    r.data[1][k] = m.c[k] != 0.0 ? a.data[1][k] : b.data[1][k];""",
-    )
-)
+@wp.func_native(rows("Pair", "mab", "R[0] = M[0] != 0.0 ? A[0] : B[0]; R[1] = M[0] != 0.0 ? A[1] : B[1];"))
 def where(m: Lanes, a: Pair, b: Pair) -> Pair: ...
 
 
 @wp.func_native(
-    each("Vector", "for (int i = 0; i < 3; ++i) r.data[i][k] = m.c[k] != 0.0 ? a.data[i][k] : b.data[i][k];")
+    rows(
+        "Vector",
+        "mab",
+        "R[0] = M[0] != 0.0 ? A[0] : B[0]; R[1] = M[0] != 0.0 ? A[1] : B[1]; R[2] = M[0] != 0.0 ? A[2] : B[2];",
+    )
 )
 def where(m: Lanes, a: Vector, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] < b.c[k] ? 1.0 : 0.0;"))
+@wp.func_native(rows("Block", "mab", "for (int i = 0; i < 4; ++i) R[i] = M[0] != 0.0 ? A[i] : B[i];"))
+def where(m: Lanes, a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? A[0] - A[0] + 1.0 : A[0] - A[0];"))
 def less(a: Lanes, b: Lanes) -> Lanes:
-    """1 where a < b, 0 elsewhere."""
+    """1 where a < b, 0 elsewhere; NaN where a is not finite."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] < b ? 1.0 : 0.0;"))
-def less(a: Lanes, b: real) -> Lanes: ...
+def _each(body: str) -> str:
+    """C++ that sets number k of the result ``r``."""
+    return f"{_TYPES['Lanes']} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
+
+
+@wp.func_native(_each("r.c[k] = a.c[k] < b.c[k] ? 1.0 : 0.0;"))
+def below(a: Lanes, b: Lanes) -> Lanes:
+    """1 where a < b, 0 elsewhere and for NaN."""
+
+
+@wp.func_native(_each("r.c[k] = a.c[k] < b ? 1.0 : 0.0;"))
+def below(a: Lanes, b: real) -> Lanes: ...
 
 
 @wp.func_native(
-    each(
-        "Lanes",
+    _each(
         """r.c[k] = 1.0;
-    for (int i = 0; i < 3; ++i) if (!(low.c[i] <= x.data[i][k] && x.data[i][k] <= high.c[i])) r.c[k] = 0.0;""",
+    for (int i = 0; i < 3; ++i) if (!(low.c[i] <= x.data[i][k] && x.data[i][k] <= high.c[i])) r.c[k] = 0.0;"""
     )
 )
 def inside(x: Vector, low: wp.vec3d, high: wp.vec3d) -> Lanes:
-    """1 in the box from ``low`` to ``high``, 0 elsewhere."""
+    """1 in the box from ``low`` to ``high``, 0 elsewhere and for NaN."""
 
 
 @wp.func_native(f"for (int k = 0; k < {WIDTH}; ++k) if (m.c[k] != 0.0) return true; return false;")
@@ -315,6 +458,68 @@ def any_of(m: Lanes) -> bool:
 @wp.func_native(f"for (int k = 0; k < {WIDTH}; ++k) if (m.c[k] == 0.0) return false; return true;")
 def all_of(m: Lanes) -> bool:
     """Whether m is not zero for all rods."""
+
+
+# --- Arrays of rods -------------------------------------------------------------------------------------------------
+
+
+def _gather(result: str, count: int, value: str) -> str:
+    """C++ that takes ``value``, of the rods' elements ``a``, as row i of the result."""
+    return f"""{_TYPES[result]} r;
+    for (int k = 0; k < {WIDTH}; ++k) {{
+        const int rod = tile * {WIDTH} + k;
+        const auto& a = wp::index(array, rod < array.shape[0] ? rod : array.shape[0] - 1, node);
+        for (int i = 0; i < {count}; ++i) r.data[i][k] = {value};
+    }}
+    return r;"""
+
+
+def _scatter(count: int, value: str) -> str:
+    """C++ that sets ``value``, of the rods' elements ``a``, to row i of ``field``."""
+    return f"""for (int k = 0; k < {WIDTH}; ++k) {{
+        const int rod = tile * {WIDTH} + k;
+        if (rod >= array.shape[0]) break;
+        auto& a = wp::index(array, rod, node);
+        for (int i = 0; i < {count}; ++i) {value} = field.data[i][k];
+    }}"""
+
+
+@wp.func_native(_gather("Vector", 3, "a[i]"))
+def load(array: Vectors2D, tile: int, node: int) -> Vector:
+    """The values of a tile in an array [rod, node]."""
+
+
+@wp.func_native(_gather("Matrix", 9, "a.data[i / 3][i % 3]"))
+def load(array: Matrices2D, tile: int, node: int) -> Matrix: ...
+
+
+@wp.func_native(_scatter(3, "a[i]"))
+def store(array: Vectors2D, tile: int, node: int, field: Vector):
+    """Set the values of a tile in an array [rod, node]."""
+
+
+@wp.func_native(_scatter(9, "a.data[i / 3][i % 3]"))
+def store(array: Matrices2D, tile: int, node: int, field: Matrix): ...
+
+
+_ROD = f"const int rod = tile * {WIDTH} + k < array.shape[0] ? tile * {WIDTH} + k : array.shape[0] - 1;"
+_WHERE = f"for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < array.shape[0]; ++k) if (m.c[k] != 0.0)"
+
+
+@wp.func_native(_each(f"{_ROD} r.c[k] = wp::index(array, rod);"))
+def load(array: Integers1D, tile: int) -> Lanes:
+    """The values of a tile in an array [rod]."""
+
+
+@wp.func_native(f"{_WHERE} wp::index(array, tile * {WIDTH} + k) = field.c[k];")
+def store_where(array: Scalars1D, tile: int, m: Lanes, field: Lanes):
+    """Set the values of a tile where m is not zero."""
+
+
+@wp.func_native(
+    f"{_WHERE} for (int i = 0; i < 3; ++i) wp::index(array, tile * {WIDTH} + k, node)[i] = field.data[i][k];"
+)
+def store_where(array: Vectors2D, tile: int, node: int, m: Lanes, field: Vector): ...
 
 
 # --- Single rods ----------------------------------------------------------------------------------------------------
@@ -352,68 +557,3 @@ def set_number(field: Lanes2D, rod: int, node: int, value: real):
     values = field[rod // WIDTH, node]
     values[rod % WIDTH] = value
     field[rod // WIDTH, node] = values
-
-
-@wp.func
-def set_pair(field: Pairs, rod: int, node: int, value: wp.vec2d):
-    """Set the value of one rod."""
-    values = field[rod // WIDTH, node]
-    values[0, rod % WIDTH] = value[0]
-    values[1, rod % WIDTH] = value[1]
-    field[rod // WIDTH, node] = values
-
-
-@wp.func
-def set_block(field: Blocks, rod: int, node: int, value: wp.mat22d):
-    """Set the value of one rod."""
-    values = field[rod // WIDTH, node]
-    for i in range(4):
-        values[i, rod % WIDTH] = value[i // 2, i % 2]
-    field[rod // WIDTH, node] = values
-
-
-# --- Arrays of single rods ------------------------------------------------------------------------------------------
-
-ROD = f"int rod = tile * {WIDTH} + k < a.shape[0] ? tile * {WIDTH} + k : a.shape[0] - 1;"
-"""C++: the rod of lane k, or the last one where there is none."""
-
-
-@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
-def load(a: Scalars1D, tile: int) -> Lanes:
-    """The values of the rods of a tile; lanes beyond the last rod repeat it."""
-
-
-@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
-def load(a: Integers1D, tile: int) -> Lanes: ...
-
-
-@wp.func_native(each("Vector", f"{ROD} for (int i = 0; i < 3; ++i) r.data[i][k] = wp::address(a, rod, node)->c[i];"))
-def load(a: Vectors2D, tile: int, node: int) -> Vector: ...
-
-
-@wp.func_native(
-    each(
-        "Vector",
-        f"""{ROD} const wp::mat_t<3, 3, wp::float64>& m = *wp::address(a, rod, node);
-    for (int i = 0; i < 3; ++i)
-        r.data[i][k] = m.data[i][0] * v.data[0][k] + m.data[i][1] * v.data[1][k] + m.data[i][2] * v.data[2][k];""",
-    )
-)
-def load_times(a: Matrices2D, tile: int, node: int, v: Vector) -> Vector:
-    """The products of the matrices of the rods with v."""
-
-
-@wp.func_native(
-    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
-    if (m.c[k] != 0.0) *wp::address(a, tile * {WIDTH} + k) = value.c[k];"""
-)
-def store(a: Scalars1D, tile: int, m: Lanes, value: Lanes):
-    """Store the values of the rods of a tile where m is not zero."""
-
-
-@wp.func_native(
-    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
-    if (m.c[k] != 0.0)
-        for (int i = 0; i < 3; ++i) wp::address(a, tile * {WIDTH} + k, node)->c[i] = value.data[i][k];"""
-)
-def store(a: Vectors2D, tile: int, node: int, m: Lanes, value: Vector): ...

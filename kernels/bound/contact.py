@@ -23,7 +23,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     add,
     div,
     dot,
-    load_times,
+    load,
     mul,
     pair,
     smaller,
@@ -55,8 +55,8 @@ def set_contact_drag(f: Filaments, past: History, plan: Plan, tile: int):
     scale = real(2.0) / plan.rate[tile]
     for i in range(f.geodesic.shape[1]):
         q, across = f.tangent[tile, i], f.across[tile, i]
-        Kq = load_times(f.contact_stiffness, tile, i, q)
-        K2 = load_times(f.contact_stiffness, tile, i, across)
+        K = load(f.contact_stiffness, tile, i)
+        Kq, K2 = K * q, K * across
         C = scale * vector(dot(q, Kq), dot(q, K2), dot(across, K2))
         push = drag_times(C, past.contact_velocity[tile, i])
         f.contact_drag[tile, i] = C

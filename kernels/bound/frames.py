@@ -31,11 +31,11 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes1D,
     Vector,
     add,
+    below,
     cross,
     div,
     dot,
     inside,
-    less,
     load,
     magnitude,
     mul,
@@ -44,7 +44,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     set_number,
     sqrt,
     square,
-    store,
+    store_where,
     sub,
     vector_of,
     where,
@@ -140,9 +140,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         """Node j from its neighbour i at r: exp(Δs (A_i + A_j)/2) (D.77) in two sweeps, then projected once.
 
         The first sweep, of less digits, takes ``guess`` for the curvature at j, the second that where the first one
-        ends. φ where the second ends, which is very close, follows from its derivatives there. The chord keeps the length that the
-        exponential gives it, so that the projection does not stretch the rod. Returns the place, and 1 where the cell
-        follows the surface: the projection and the turn of the tangent are small, and finite.
+        ends. φ where the second ends, which is very close, follows from its derivatives there. The chord keeps the
+        length that the exponential gives it, so that the projection does not stretch the rod. Returns the place, and 1
+        where the cell follows the surface: the projection and the turn of the tangent are small, and finite.
         """
         h = f.spacing[tile]
         ds = real(j - i) * h
@@ -155,9 +155,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         arc, chord = x - r, x - shift - r
         place = r + chord * sqrt(dot(arc, arc) / dot(chord, chord))
         distance = store_frame(f, p, tile, j, q, place)
-        near = less(dot(shift, shift), square(LARGEST_SHIFT * h)) * less(distance, LARGEST_DISTANCE * h)
+        near = below(dot(shift, shift), square(LARGEST_SHIFT * h)) * below(distance, LARGEST_DISTANCE * h)
         turn = magnitude(dot(q, f.normal[tile, j]))
-        return place, near * less(turn, LARGEST_TURN) * less(dot(mean, mean) * square(h), HALF_TURN * HALF_TURN)
+        return place, near * below(turn, LARGEST_TURN) * below(dot(mean, mean) * square(h), HALF_TURN * HALF_TURN)
 
     @wp.func
     def lay_out_side(
@@ -175,7 +175,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         for k in range(count):
             i = start + way * k
             r, follows = advance_cell(f, p, tile, i, i + way, r, guess)
-            store(f.position, tile, i + way, moving, r)
+            store_where(f.position, tile, i + way, moving, r)
             unfit = first_reason(unfit, follows, real(KINK))
             unfit = first_reason(unfit, inside(r, low, high), real(LEFT_DATA))
             here = f.curvature[tile, i + way]
@@ -194,10 +194,10 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         moving = load(f.active, tile)
         r = plan.place[tile]
         store_frame(f, parameters[0], tile, node, plan.tangent[tile], r)
-        store(f.position, tile, node, moving, r)
+        store_where(f.position, tile, node, moving, r)
         first = lay_out_side(f, parameters[0], tile, node, -1, r, low, high)
         second = lay_out_side(f, parameters[0], tile, node, 1, r, low, high)
-        store(plan.unfit, tile, moving, where(less(first, second), second, first))
+        store_where(plan.unfit, tile, moving, where(below(first, second), second, first))
 
     @wp.func
     def carried(

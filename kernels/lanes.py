@@ -9,126 +9,280 @@ done once for a rod and step loops over the lanes of a tile: rod ``tile * WIDTH 
 tile the lanes beyond the last rod repeat it, and are never stored to arrays [rod].
 """
 
+import ctypes
+import os
+
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Matrices2D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
-WIDTH = 1 if wp.is_cuda_available() else 8
-"""Rods in a tile. A thread of a GPU takes one; vector instructions of CPUs take up to 8."""
+
+def has_cuda_driver() -> bool:
+    """Whether a CUDA driver is installed. To ask Warp would start it, with its banner."""
+    try:
+        ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:
+        return False
+    return True
+
+
+WIDTH = 1 if has_cuda_driver() else 8
+"""Rods in a tile: a thread of a GPU takes one, vector instructions of CPUs take up to 8. Either width works on both."""
 
 Lanes = wp.types.vector(length=WIDTH, dtype=real)
 """A number for each rod."""
 Pair = wp.types.matrix(shape=(2, WIDTH), dtype=real)
 """Two components across each rod, or a complex number; ``[0]`` and ``[1]`` are Lanes."""
+Vector = wp.types.matrix(shape=(3, WIDTH), dtype=real)
+"""Three components for each rod."""
 Block = wp.types.matrix(shape=(4, WIDTH), dtype=real)
 """A 2 × 2 matrix for each rod: rows 00, 01, 10, 11."""
+Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
+"""A 3 × 3 matrix for each rod, row by row."""
+FIELDS = (Lanes, Pair, Vector, Block, Matrix)
+"""The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)
 Lanes2D = wp.array2d(dtype=Lanes)
 Pairs = wp.array2d(dtype=Pair)
+Vectors = wp.array2d(dtype=Vector)
 Blocks = wp.array2d(dtype=Block)
 
 
-def each(result: str, body: str) -> str:
-    """C++ of a function: ``body`` sets what rod k has in ``r``, a new value of the type ``result``."""
-    types = {
-        "Lanes": f"wp::vec_t<{WIDTH}, wp::float64>",
-        "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
-        "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
-    }
-    return f"{types[result]} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
+_TYPES = {
+    "Lanes": f"wp::vec_t<{WIDTH}, wp::float64>",
+    "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
+    "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
+    "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
+    "Matrix": f"wp::mat_t<9, {WIDTH}, wp::float64>",
+}
+
+
+def rows(result: str, names: str, body: str) -> str:
+    """C++ of a function of fields: ``body`` sets the rows ``R[i]`` of the result from those of its arguments.
+
+    names: the arguments that are fields; the rows of ``a`` are ``A[i]``. What the body says of a row holds for each
+    rod. Clang's vectors keep rows in registers, which loops over rods do not; CUDA has no such vectors.
+    """
+    vectors = "".join(f"const V* {name.upper()} = (const V*)&{name};" for name in names)
+    numbers = "".join(f"const Row {name.upper()} = {{(double*)&{name} + k}};" for name in names)
+    return f"""{_TYPES[result]} r;
+#if defined(__CUDACC__)
+    struct Row {{ double* first; double& operator[](int i) const {{ return first[i * {WIDTH}]; }} }};
+    for (int k = 0; k < {WIDTH}; ++k) {{ {numbers} const Row R = {{(double*)&r + k}}; {body} }}
+#else
+    typedef double V __attribute__((ext_vector_type({WIDTH}), aligned(8)));
+    {vectors} V* R = (V*)&r; {body}
+#endif
+    return r;"""
 
 
 # --- Operators ------------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] * b.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] + B[0];"))
+def add(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1];"))
+def add(a: Pair, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1]; R[2] = A[2] + B[2];"))
+def add(a: Vector, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] + B[0]; R[1] = A[1] + B[1]; R[2] = A[2] + B[2]; R[3] = A[3] + B[3];"))
+def add(a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a + B[0];"))
+def add(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] - B[0];"))
+def sub(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1];"))
+def sub(a: Pair, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1]; R[2] = A[2] - B[2];"))
+def sub(a: Vector, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] - B[0]; R[1] = A[1] - B[1]; R[2] = A[2] - B[2]; R[3] = A[3] - B[3];"))
+def sub(a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a - B[0];"))
+def sub(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = -A[0];"))
+def neg(a: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "a", "R[0] = -A[0]; R[1] = -A[1];"))
+def neg(a: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "a", "R[0] = -A[0]; R[1] = -A[1]; R[2] = -A[2];"))
+def neg(a: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "a", "R[0] = -A[0]; R[1] = -A[1]; R[2] = -A[2]; R[3] = -A[3];"))
+def neg(a: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "b", "R[0] = a * B[0];"))
+def mul(a: real, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "b", "R[0] = a * B[0]; R[1] = a * B[1];"))
+def mul(a: real, b: Pair) -> Pair: ...
+
+
+@wp.func_native(rows("Vector", "b", "R[0] = a * B[0]; R[1] = a * B[1]; R[2] = a * B[2];"))
+def mul(a: real, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "b", "R[0] = a * B[0]; R[1] = a * B[1]; R[2] = a * B[2]; R[3] = a * B[3];"))
+def mul(a: real, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0];"))
 def mul(a: Lanes, b: Lanes) -> Lanes: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.c[k] * b.data[0][k]; r.data[1][k] = a.c[k] * b.data[1][k];"))
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1];"))
 def mul(a: Lanes, b: Pair) -> Pair: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.data[0][k] * b.c[k]; r.data[1][k] = a.data[1][k] * b.c[k];"))
-def mul(a: Pair, b: Lanes) -> Pair: ...
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1]; R[2] = A[0] * B[2];"))
+def mul(a: Lanes, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Block", "for (int i = 0; i < 4; ++i) r.data[i][k] = a.c[k] * b.data[i][k];"))
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] * B[0]; R[1] = A[0] * B[1]; R[2] = A[0] * B[2]; R[3] = A[0] * B[3];"))
 def mul(a: Lanes, b: Block) -> Block: ...
 
 
-@wp.func_native(each("Block", "for (int i = 0; i < 4; ++i) r.data[i][k] = a.data[i][k] * b.c[k];"))
+@wp.func_native(rows("Matrix", "ab", "for (int i = 0; i < 9; ++i) R[i] = A[0] * B[i];"))
+def mul(a: Lanes, b: Matrix) -> Matrix: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0];"))
+def mul(a: Pair, b: Lanes) -> Pair: ...
+
+
+@wp.func_native(rows("Block", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0]; R[2] = A[2] * B[0]; R[3] = A[3] * B[0];"))
 def mul(a: Block, b: Lanes) -> Block: ...
 
 
-@wp.func_native(
-    each(
-        "Pair",
-        """r.data[0][k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[1][k];
-    r.data[1][k] = a.data[2][k] * b.data[0][k] + a.data[3][k] * b.data[1][k];""",
-    )
-)
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0] + A[1] * B[1]; R[1] = A[2] * B[0] + A[3] * B[1];"))
 def mul(a: Block, b: Pair) -> Pair: ...
 
 
 @wp.func_native(
-    each(
+    rows(
         "Block",
-        """r.data[0][k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[2][k];
-    r.data[1][k] = a.data[0][k] * b.data[1][k] + a.data[1][k] * b.data[3][k];
-    r.data[2][k] = a.data[2][k] * b.data[0][k] + a.data[3][k] * b.data[2][k];
-    r.data[3][k] = a.data[2][k] * b.data[1][k] + a.data[3][k] * b.data[3][k];""",
+        "ab",
+        """
+    R[0] = A[0] * B[0] + A[1] * B[2]; R[1] = A[0] * B[1] + A[1] * B[3];
+    R[2] = A[2] * B[0] + A[3] * B[2]; R[3] = A[2] * B[1] + A[3] * B[3];
+    """,
     )
 )
 def mul(a: Block, b: Block) -> Block: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] / b.c[k];"))
-def div(a: Lanes, b: Lanes) -> Lanes: ...
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] / b;"))
+def div(a: Lanes, b: real) -> Lanes: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a / b.c[k];"))
+@wp.func_native(rows("Lanes", "b", "R[0] = a / B[0];"))
 def div(a: real, b: Lanes) -> Lanes: ...
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = a.data[0][k] / b.c[k]; r.data[1][k] = a.data[1][k] / b.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] / B[0];"))
+def div(a: Lanes, b: Lanes) -> Lanes: ...
+
+
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] / B[0]; R[1] = A[1] / B[0];"))
 def div(a: Pair, b: Lanes) -> Pair: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a + b.c[k];"))
-def add(a: real, b: Lanes) -> Lanes: ...
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] / B[0]; R[1] = A[1] / B[0]; R[2] = A[2] / B[0];"))
+def div(a: Vector, b: Lanes) -> Vector: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] + b.c[k];"))
-def add(a: Lanes, b: Lanes) -> Lanes: ...
+@wp.func_native(
+    rows(
+        "Vector",
+        "ab",
+        "for (int i = 0; i < 3; ++i) R[i] = A[3 * i] * B[0] + A[3 * i + 1] * B[1] + A[3 * i + 2] * B[2];",
+    )
+)
+def mul(a: Matrix, b: Vector) -> Vector: ...
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] - b.c[k];"))
-def sub(a: Lanes, b: Lanes) -> Lanes: ...
+@wp.func_native(
+    rows(
+        "Matrix",
+        "ab",
+        """for (int i = 0; i < 9; i += 3) for (int j = 0; j < 3; ++j)
+            R[i + j] = A[i] * B[j] + A[i + 1] * B[3 + j] + A[i + 2] * B[6 + j];""",
+    )
+)
+def mul(a: Matrix, b: Matrix) -> Matrix: ...
 
 
 # --- Functions ------------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.data[0][k] * b.data[0][k] + a.data[1][k] * b.data[1][k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0] + A[1] * B[1];"))
 def dot(a: Pair, b: Pair) -> Lanes:
     """Re(ā b)."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.data[0][k] * b.data[1][k] - a.data[1][k] * b.data[0][k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[1] - A[1] * B[0];"))
 def wedge(a: Pair, b: Pair) -> Lanes:
     """Im(ā b), which is e0·(a × b)."""
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = -z.data[1][k]; r.data[1][k] = z.data[0][k];"))
+@wp.func_native(rows("Pair", "z", "R[0] = -Z[1]; R[1] = Z[0];"))
 def times_i(z: Pair) -> Pair:
     """i z, which is e0 × z."""
 
 
-@wp.func_native(each("Pair", "r.data[0][k] = x.c[k]; r.data[1][k] = y.c[k];"))
+@wp.func_native(rows("Pair", "ab", "R[0] = A[0] * B[0] - A[1] * B[1]; R[1] = A[0] * B[1] + A[1] * B[0];"))
+def times(a: Pair, b: Pair) -> Pair:
+    """ab of complex numbers."""
+
+
+@wp.func_native(rows("Pair", "z", "auto s = 1.0 / (Z[0] * Z[0] + Z[1] * Z[1]); R[0] = s * Z[0]; R[1] = -s * Z[1];"))
+def inverse(z: Pair) -> Pair:
+    """1/z of complex numbers."""
+
+
+@wp.func_native(
+    rows(
+        "Block",
+        "a",
+        """
+    auto s = 1.0 / (A[0] * A[3] - A[1] * A[2]);
+    R[0] = s * A[3]; R[1] = -s * A[1]; R[2] = -s * A[2]; R[3] = s * A[0];
+    """,
+    )
+)
+def inverse(a: Block) -> Block:
+    """a⁻¹."""
+
+
+@wp.func_native(rows("Pair", "xy", "R[0] = X[0]; R[1] = Y[0];"))
 def pair(x: Lanes, y: Lanes) -> Pair:
     """x + iy."""
 
@@ -138,44 +292,82 @@ def pair(x: real, y: real) -> wp.vec2d:
     return wp.vec2d(x, y)
 
 
-@wp.func_native(
-    each("Block", "r.data[0][k] = a.c[k]; r.data[1][k] = b.c[k]; r.data[2][k] = c.c[k]; r.data[3][k] = d.c[k];")
-)
+@wp.func_native(rows("Vector", "xz", "R[0] = X[0]; R[1] = Z[0]; R[2] = Z[1];"))
+def vector(x: Lanes, z: Pair) -> Vector:
+    """The vector with the components x along and z across."""
+
+
+@wp.func_native(rows("Block", "abcd", "R[0] = A[0]; R[1] = B[0]; R[2] = C[0]; R[3] = D[0];"))
 def block(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Block:
     """The matrix with the rows (a, b) and (c, d)."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = ::sqrt(x.c[k]);"))
+@wp.func_native(
+    rows("Vector", "ab", "for (int i = 0; i < 3; ++i) R[i] = A[i] * B[0] + A[i + 3] * B[1] + A[i + 6] * B[2];")
+)
+def transposed_times(a: Matrix, b: Vector) -> Vector:
+    """aᵀb."""
+
+
+@wp.func_native(
+    rows(
+        "Matrix",
+        "ab",
+        """for (int i = 0; i < 3; ++i) for (int j = 0; j < 3; ++j)
+            R[3 * i + j] = A[i] * B[j] + A[i + 3] * B[j + 3] + A[i + 6] * B[j + 6];""",
+    )
+)
+def transposed_times(a: Matrix, b: Matrix) -> Matrix: ...
+
+
+@wp.func_native(f"{_TYPES['Lanes']} r; for (int k = 0; k < {WIDTH}; ++k) r.c[k] = ::sqrt(x.c[k]); return r;")
 def sqrt(x: Lanes) -> Lanes:
     """√x."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = x.c[k] < 0.0 ? -x.c[k] : x.c[k];"))
+@wp.func_native(rows("Lanes", "x", "R[0] = X[0] < 0.0 ? -X[0] : X[0];"))
 def magnitude(x: Lanes) -> Lanes:
     """|x|."""
 
 
-@wp.func_native(each("Lanes", "r.c[k] = a.c[k] < b.c[k] ? b.c[k] : a.c[k];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? B[0] : A[0];"))
 def larger(a: Lanes, b: Lanes) -> Lanes:
     """The larger one; a where b is NaN."""
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] * B[0] + A[1] * B[1] + A[2] * B[2];"))
+def dot(a: Vector, b: Vector) -> Lanes: ...
 
 
 # --- Conditions -----------------------------------------------------------------------------------------------------
 
 
-@wp.func_native(each("Lanes", "r.c[k] = m.c[k] != 0.0 ? a.c[k] : b.c[k];"))
+@wp.func_native(rows("Lanes", "mab", "R[0] = M[0] != 0.0 ? A[0] : B[0];"))
 def where(m: Lanes, a: Lanes, b: Lanes) -> Lanes:
     """a where m is not zero, b elsewhere."""
 
 
+@wp.func_native(rows("Pair", "mab", "R[0] = M[0] != 0.0 ? A[0] : B[0]; R[1] = M[0] != 0.0 ? A[1] : B[1];"))
+def where(m: Lanes, a: Pair, b: Pair) -> Pair: ...
+
+
 @wp.func_native(
-    each(
-        "Pair",
-        """r.data[0][k] = m.c[k] != 0.0 ? a.data[0][k] : b.data[0][k];
-    r.data[1][k] = m.c[k] != 0.0 ? a.data[1][k] : b.data[1][k];""",
+    rows(
+        "Vector",
+        "mab",
+        "R[0] = M[0] != 0.0 ? A[0] : B[0]; R[1] = M[0] != 0.0 ? A[1] : B[1]; R[2] = M[0] != 0.0 ? A[2] : B[2];",
     )
 )
-def where(m: Lanes, a: Pair, b: Pair) -> Pair: ...
+def where(m: Lanes, a: Vector, b: Vector) -> Vector: ...
+
+
+@wp.func_native(rows("Block", "mab", "for (int i = 0; i < 4; ++i) R[i] = M[0] != 0.0 ? A[i] : B[i];"))
+def where(m: Lanes, a: Block, b: Block) -> Block: ...
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? A[0] - A[0] + 1.0 : A[0] - A[0];"))
+def less(a: Lanes, b: Lanes) -> Lanes:
+    """1 where a < b, 0 elsewhere; NaN where a is not finite."""
 
 
 @wp.func_native(f"for (int k = 0; k < {WIDTH}; ++k) if (m.c[k] != 0.0) return true; return false;")
@@ -188,19 +380,55 @@ def all_of(m: Lanes) -> bool:
     """Whether m is not zero for all rods."""
 
 
+# --- Arrays of rods -------------------------------------------------------------------------------------------------
+
+
+def _gather(result: str, count: int, value: str) -> str:
+    """C++ that takes ``value``, of the rods' elements ``a``, as row i of the result."""
+    return f"""{_TYPES[result]} r;
+    for (int k = 0; k < {WIDTH}; ++k) {{
+        const int rod = tile * {WIDTH} + k;
+        const auto& a = wp::index(array, rod < array.shape[0] ? rod : array.shape[0] - 1, node);
+        for (int i = 0; i < {count}; ++i) r.data[i][k] = {value};
+    }}
+    return r;"""
+
+
+def _scatter(count: int, value: str) -> str:
+    """C++ that sets ``value``, of the rods' elements ``a``, to row i of ``field``."""
+    return f"""for (int k = 0; k < {WIDTH}; ++k) {{
+        const int rod = tile * {WIDTH} + k;
+        if (rod >= array.shape[0]) break;
+        auto& a = wp::index(array, rod, node);
+        for (int i = 0; i < {count}; ++i) {value} = field.data[i][k];
+    }}"""
+
+
+@wp.func_native(_gather("Vector", 3, "a[i]"))
+def load(array: Vectors2D, tile: int, node: int) -> Vector:
+    """The values of a tile in an array [rod, node]."""
+
+
+@wp.func_native(_gather("Matrix", 9, "a.data[i / 3][i % 3]"))
+def load(array: Matrices2D, tile: int, node: int) -> Matrix: ...
+
+
+@wp.func_native(_scatter(3, "a[i]"))
+def store(array: Vectors2D, tile: int, node: int, field: Vector):
+    """Set the values of a tile in an array [rod, node]."""
+
+
+@wp.func_native(_scatter(9, "a.data[i / 3][i % 3]"))
+def store(array: Matrices2D, tile: int, node: int, field: Matrix): ...
+
+
 # --- Single rods ----------------------------------------------------------------------------------------------------
 
 
 @wp.func
-def tile_of(rod: int) -> int:
-    """The tile of a rod."""
-    return rod // WIDTH
-
-
-@wp.func
-def lane_of(rod: int) -> int:
-    """The lane of a rod in its tile."""
-    return rod % WIDTH
+def rods_in(tile: int, rods: int) -> int:
+    """How many of so many rods are in a tile. Loops over it are not unrolled, as loops over ``WIDTH`` would be."""
+    return wp.min(WIDTH, rods - tile * WIDTH)
 
 
 @wp.func
@@ -214,3 +442,10 @@ def pair_of(field: Pairs, rod: int, node: int) -> wp.vec2d:
     """The value of one rod."""
     values = field[rod // WIDTH, node]
     return wp.vec2d(values[0, rod % WIDTH], values[1, rod % WIDTH])
+
+
+@wp.func
+def vector_of(field: Vectors, rod: int, node: int) -> wp.vec3d:
+    """The value of one rod."""
+    values = field[rod // WIDTH, node]
+    return wp.vec3d(values[0, rod % WIDTH], values[1, rod % WIDTH], values[2, rod % WIDTH])

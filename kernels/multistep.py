@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+from warp_rods.kernels.lanes import WIDTH, add, mul  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Integers1D, Scalars1D, Scalars2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -21,6 +22,8 @@ LEVELS = 5
 """Levels that are kept: one more than the highest order, for its error."""
 
 Levels = wp.types.vector(length=LEVELS, dtype=real)
+Weights = wp.types.matrix(shape=(LEVELS, WIDTH), dtype=real)
+"""Numbers of levels for each rod of a tile; ``[j]`` are Lanes."""
 
 SAFETY = wp.constant(real(0.85))
 """Fraction of the step that the estimated error would allow."""
@@ -103,7 +106,7 @@ def formula_of(at: Levels, order: int, t: real) -> Formula:
 
 
 @wp.func
-def combine(w: Levels, x0: Any, x1: Any, x2: Any, x3: Any, x4: Any):
+def combine(w: Any, x0: Any, x1: Any, x2: Any, x3: Any, x4: Any):
     """Σ w_j x_j."""
     return w[0] * x0 + w[1] * x1 + w[2] * x2 + w[3] * x3 + w[4] * x4
 

@@ -13,84 +13,102 @@ second order in Δs. Drag along and drag across are kept apart: D is replaced by
 
 import warp as wp
 
-from warp_rods.kernels.free.state import Balance, Contact, Load, Swimmers, Trial
+from warp_rods.kernels.free.state import Balance, Contact, Load, Swimmers
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    WIDTH,
+    Lanes,
+    add,
+    block,
+    div,
+    dot,
+    mul,
+    pair,
+    rods_in,
+    sqrt,
+    sub,
+    transposed_times,
+    vector,
+    where,
+)
+from warp_rods.kernels.lanes import load as of_tile
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.func
-def body_force(rod: int, node: int, rotation: Matrices2D, force: Vectors2D):
-    """Components in the Bishop frame of a force in space."""
-    return wp.transpose(rotation[rod, node]) * force[rod, node]
-
-
-@wp.func
-def contact_drag(rod: int, node: int, rotation: Matrices2D, stiffness: Matrices2D, scale: real):
-    """Drag along and across, the blocks of a matrix that is not less than ``scale`` K."""
-    R = rotation[rod, node]
-    D = scale * (wp.transpose(R) * stiffness[rod, node] * R)
-    coupling = wp.vec2d(D[0, 1], D[0, 2])
-    size = wp.length(coupling)
-    across = wp.mat22d(D[1, 1], D[1, 2], D[1, 2], D[2, 2])
-    if size > real(0.0):
-        across += wp.outer(coupling, coupling) / size
-    return D[0, 0] + size, across
-
-
 @wp.kernel
 def find_force(rotation: Matrices2D, force: Vectors2D, load: Load):
-    """The load of an external force in space; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    here = body_force(rod, node, rotation, force)
-    load.transverse_force[rod, node] = wp.vec2d(here[1], here[2])
-    if node < force.shape[1] - 1:
-        load.axial_force[rod, node] = real(0.5) * (here[0] + body_force(rod, node + 1, rotation, force)[0])
+    """The load of an external force in space; ``dim = tiles``."""
+    tile = wp.tid()
+    before = Lanes()
+    for node in range(force.shape[1]):
+        here = transposed_times(of_tile(rotation, tile, node), of_tile(force, tile, node))
+        load.transverse_force[tile, node] = pair(here[1], here[2])
+        if node > 0:
+            load.axial_force[tile, node - 1] = real(0.5) * (before + here[0])
+        before = here[0]
+
+
+@wp.func
+def contact_drag(tile: int, node: int, rotation: Matrices2D, stiffness: Matrices2D, scale: Lanes):
+    """Drag along and across, the blocks of a matrix that is not less than ``scale`` K."""
+    R = of_tile(rotation, tile, node)
+    D = scale * transposed_times(R, of_tile(stiffness, tile, node) * R)
+    size = sqrt(D[1] * D[1] + D[2] * D[2])
+    per_size = where(size, real(1.0) / size, Lanes())
+    first, second = D[1] * per_size, D[2] * per_size
+    across = block(D[4] + first * D[1], D[5] + first * D[2], D[5] + second * D[1], D[8] + second * D[2])
+    return D[0] + size, across
 
 
 @wp.kernel
-def add_contact_drag(rotation: Matrices2D, contact: Contact, trial: Trial, load: Load):
-    """Add contact as drag, D = 2K/a, and the force D v; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    scale = real(2.0) / trial.rate[rod]
-    along, across = contact_drag(rod, node, rotation, contact.stiffness, scale)
-    v = contact.velocity[rod, node]
-    load.transverse_drag[rod, node] = across
-    load.transverse_force[rod, node] = load.transverse_force[rod, node] + across * wp.vec2d(v[1], v[2])
-    if node < contact.velocity.shape[1] - 1:
-        along_next, _across = contact_drag(rod, node + 1, rotation, contact.stiffness, scale)
-        drag = real(0.5) * (along + along_next)
-        load.axial_drag[rod, node] = drag
-        load.axial_force[rod, node] = load.axial_force[rod, node] + drag * v[0]
+def add_contact_drag(rotation: Matrices2D, contact: Contact, rate: Scalars1D, load: Load):
+    """Add contact as drag, D = 2K/a, and the force D v; ``dim = tiles``."""
+    tile = wp.tid()
+    scale = Lanes(real(1.0))
+    for lane in range(rods_in(tile, rate.shape[0])):
+        scale[lane] = real(2.0) / rate[tile * WIDTH + lane]
+    along_before, v_before = Lanes(), Lanes()
+    for node in range(contact.velocity.shape[1]):
+        along, across = contact_drag(tile, node, rotation, contact.stiffness, scale)
+        v = contact.velocity[tile, node]
+        load.transverse_drag[tile, node] = across
+        load.transverse_force[tile, node] += across * pair(v[1], v[2])
+        if node > 0:
+            drag = real(0.5) * (along_before + along)
+            load.axial_drag[tile, node - 1] = drag
+            load.axial_force[tile, node - 1] += drag * v_before
+        along_before = along
+        v_before = v[0]
 
 
 @wp.func
-def step_velocity(rod: int, contact: Contact, balance: Balance, scale: real):
+def step_velocity(tile: int, contact: Contact, balance: Balance, scale: Lanes):
     """v at the end of the step; scale: a Δt."""
     for node in range(contact.velocity.shape[1]):
-        v = contact.velocity[rod, node]
-        across = balance.transverse_velocity[rod, node]
-        u = wp.vec3d(balance.axial_velocity[rod, node], across[0], across[1])
-        contact.velocity_tried[rod, node] = v + (u - v) / scale
+        v = contact.velocity[tile, node]
+        u = vector(balance.axial_velocity[tile, node], balance.transverse_velocity[tile, node])
+        contact.velocity_tried[tile, node] = v + (u - v) / scale
 
 
 @wp.func
-def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, dt: real):
-    """Error of a step in places: what D (u − v)/2 would move the nodes on the average, against drag and D.
+def contact_errors(tile: int, rods: Swimmers, contact: Contact, balance: Balance):
+    """Errors of a step in places, over its length.
 
-    Half of D stands for the other node of a pair. Where that moves alike, or is a wall, this half is in error.
+    What D (u − v)/2 would move the nodes on the average, against drag and D. Half of D stands for the other node of a
+    pair. Where that moves alike, or is a wall, this half is in error.
     """
-    total = real(0.0)
+    total = Lanes()
     nodes = contact.velocity.shape[1]
     for node in range(nodes):
-        v = contact.velocity[rod, node]
-        drag = balance.load.axial_drag[rod, node]
-        along = drag * (balance.axial_velocity[rod, node] - v[0]) / (real(1.0) + drag)
-        lag = balance.transverse_velocity[rod, node] - wp.vec2d(v[1], v[2])
-        D = balance.load.transverse_drag[rod, node]
-        across = D * lag / (rods.drag_ratio[rod] + wp.trace(D))
-        total += wp.sqrt(along * along + wp.dot(across, across))
-    return real(0.5) * dt * total / real(nodes)
+        v = contact.velocity[tile, node]
+        drag = balance.load.axial_drag[tile, node]
+        along = drag * (balance.axial_velocity[tile, node] - v[0]) / (real(1.0) + drag)
+        lag = balance.transverse_velocity[tile, node] - pair(v[1], v[2])
+        D = balance.load.transverse_drag[tile, node]
+        across = D * lag / (rods.drag_ratio[tile] + D[0] + D[3])
+        total += sqrt(along * along + dot(across, across))
+    return real(0.5) * total / real(nodes)
 
 
 def force_field(function):

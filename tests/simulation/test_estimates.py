@@ -76,9 +76,9 @@ def allocated(simulation: Simulation, on_gpu: bool) -> int:
 @pytest.mark.parametrize("kind", ["swimmers", "filaments"])
 def test_arrays_take_what_is_estimated_within_a_tenth(kind, steric):
     footprint = estimates.FOOTPRINTS[kind]
-    few, many = (Simulation(rows(kind, 10, nodes, steric), "cpu") for nodes in (33, 97))
+    few, many = (Simulation(rows(kind, 16, nodes, steric), "cpu") for nodes in (33, 97))
     for on_gpu, expected in ((False, footprint.arrays), (True, footprint.on_gpu)):
-        each = (allocated(many, on_gpu) - allocated(few, on_gpu)) / (10 * 64)
+        each = (allocated(many, on_gpu) - allocated(few, on_gpu)) / (16 * 64)
         assert each == pytest.approx(expected + steric * footprint.contact, rel=0.1)
 
 

@@ -25,6 +25,7 @@ from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.per_rod import check_step, vectors
 from warp_rods.rods.readings import Readings
 from warp_rods.rods.status import Status
+from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.together import Together, exhaust
 
 LOG = logging.getLogger("warp_rods")
@@ -68,8 +69,10 @@ class Failure(NamedTuple):
     what: str
 
 
-def shape_of(array: wp.array) -> tuple[int, ...]:
+def shape_of(array: wp.array | Tiled) -> tuple[int, ...]:
     """The shape of an array on the host, components of vectors and matrices included."""
+    if isinstance(array, Tiled):
+        return array.shape
     on_gpu = wp.get_device(array.device).is_cuda
     return (array.__cuda_array_interface__ if on_gpu else array.__array_interface__)["shape"]
 
@@ -407,7 +410,7 @@ class Ensemble(Readings):
     # --- state and failures -----------------------------------------------------------------------------------------
 
     @abstractmethod
-    def arrays_of_state(self) -> dict[str, wp.array]:
+    def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on, the external force included, without the clock."""
 
     def state(self) -> dict[str, np.ndarray]:

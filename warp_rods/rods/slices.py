@@ -8,30 +8,38 @@ from typing import Any
 import warp as wp
 
 from warp_rods.device import cores
+from warp_rods.kernels.lanes import WIDTH
+from warp_rods.rods.tiles import is_tiled, tiles_of
 
 NODES_PER_THREAD = 10_000
 """A thread steps this many nodes in about a millisecond. With fewer nodes the cost of starting it is noticeable."""
 
 
 def thread_slices(count: int, nodes: int, device: Any) -> list[slice]:
-    """Slices of ``count`` rods of ``nodes`` nodes, one for each thread that has enough to do; a single one on CUDA."""
-    threads = 1 if wp.get_device(device).is_cuda else min(cores(), count * nodes // NODES_PER_THREAD, count)
-    edges = [count * i // max(threads, 1) for i in range(max(threads, 1) + 1)]
+    """Slices of ``count`` rods of ``nodes`` nodes, one for each thread that has enough to do; a single one on CUDA.
+
+    They begin where a tile begins.
+    """
+    tiles = tiles_of(count)
+    threads = 1 if wp.get_device(device).is_cuda else min(cores(), count * nodes // NODES_PER_THREAD, tiles)
+    edges = [min(tiles * i // max(threads, 1) * WIDTH, count) for i in range(max(threads, 1) + 1)]
     return [slice(a, b) for a, b in itertools.pairwise(edges)]
 
 
-def slice_array(array: wp.array | None, rods: slice) -> wp.array | None:
-    """These rods of an array [rod, …]; None for None."""
-    return None if array is None else array[rods]
+def slice_array(array: Any, rods: slice) -> Any:
+    """These rods of an array [rod, …] or [tile, …]; None for None."""
+    if array is None or not is_tiled(array):
+        return None if array is None else array[rods]
+    return array[rods.start // WIDTH : tiles_of(rods.stop)]
 
 
 def slice_struct(kind: Any, value: Any, rods: slice) -> Any:
-    """A struct of this ``kind`` (a ``wp.struct``) with these rods of its arrays [rod, …] and the same scalars."""
+    """A struct of this ``kind`` (a ``wp.struct``) with these rods of its arrays and the same scalars."""
     view = kind()
     for name in kind.vars:
         part = getattr(value, name)
         if isinstance(part, wp.array):
-            part = part[rods]
+            part = slice_array(part, rods)
         elif hasattr(kind.vars[name].type, "vars"):
             part = slice_struct(kind.vars[name].type, part, rods)
         setattr(view, name, part)

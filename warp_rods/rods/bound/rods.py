@@ -21,6 +21,7 @@ from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace
+from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -285,7 +286,7 @@ class BoundRods(BoundReadings, Ensemble):
 
     # --- state ------------------------------------------------------------------------------------------------------
 
-    def arrays_of_state(self) -> dict[str, wp.array]:
+    def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
         arrays = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}

@@ -23,6 +23,7 @@ from warp_rods.rods.free.shapes import from_midpoint, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
+from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 FRAME = ("rotation", "position", "angle")
@@ -134,9 +135,9 @@ class FreeRods(FreeReadings, Ensemble):
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)
         now, midpoint = self._arrays.now, self._arrays.midpoint
-        now.bending.assign(np.stack([bishop.real, bishop.imag], axis=-1))
-        now.twist.assign(np.ascontiguousarray(strain[..., 0]))
-        now.activity.assign(activity)
+        Tiled(now.bending, self.count).assign(np.stack([bishop.real, bishop.imag], axis=-1))
+        Tiled(now.twist, self.count).assign(strain[..., 0])
+        Tiled(now.activity, self.count).assign(activity)
         midpoint.rotation.assign(rotation)
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
@@ -308,16 +309,17 @@ class FreeRods(FreeReadings, Ensemble):
     def _settings(self, rod: int) -> dict[str, Any]:
         return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
 
-    def arrays_of_state(self) -> dict[str, wp.array]:
+    def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
         a = self._arrays
-        arrays = {name: getattr(a.now, name) for name in SHAPE}
-        arrays |= {f"{name}_{level}": getattr(getattr(a.past, level), name) for level in PAST for name in SHAPE}
+        fields = {name: getattr(a.now, name) for name in SHAPE}
+        fields |= {f"{name}_{level}": getattr(getattr(a.past, level), name) for level in PAST for name in SHAPE}
+        if a.contact.present:
+            fields[CONTACT_STATE] = a.contact.velocity
+        arrays: dict[str, wp.array | Tiled] = {name: Tiled(array, self.count) for name, array in fields.items()}
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
-        if a.contact.present:
-            arrays[CONTACT_STATE] = a.contact.velocity
         return arrays
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ import os
 
 import warp as wp
 
-from warp_rods.kernels.layout import Matrices2D, Vectors2D, real
+from warp_rods.kernels.layout import Integers1D, Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
 
@@ -39,9 +39,11 @@ Vector = wp.types.matrix(shape=(3, WIDTH), dtype=real)
 """Three components for each rod."""
 Block = wp.types.matrix(shape=(4, WIDTH), dtype=real)
 """A 2 × 2 matrix for each rod: rows 00, 01, 10, 11."""
+Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
+"""A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
 Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
 """A 3 × 3 matrix for each rod, row by row."""
-FIELDS = (Lanes, Pair, Vector, Block, Matrix)
+FIELDS = (Lanes, Pair, Vector, Block, Symmetric, Matrix)
 """The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)
@@ -56,6 +58,7 @@ _TYPES = {
     "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
     "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
     "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
+    "Symmetric": f"wp::mat_t<6, {WIDTH}, wp::float64>",
     "Matrix": f"wp::mat_t<9, {WIDTH}, wp::float64>",
 }
 
@@ -71,12 +74,18 @@ def rows(result: str, names: str, body: str) -> str:
     return f"""{_TYPES[result]} r;
 #if defined(__CUDACC__)
     struct Row {{ double* first; double& operator[](int i) const {{ return first[i * {WIDTH}]; }} }};
+    typedef double V;
     for (int k = 0; k < {WIDTH}; ++k) {{ {numbers} const Row R = {{(double*)&r + k}}; {body} }}
 #else
     typedef double V __attribute__((ext_vector_type({WIDTH}), aligned(8)));
     {vectors} V* R = (V*)&r; {body}
 #endif
     return r;"""
+
+
+def each(result: str, body: str) -> str:
+    """C++ of a function whose ``body`` sets what rod k has in ``r``, where ``rows`` will not do."""
+    return f"{_TYPES[result]} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
 
 
 # --- Operators ------------------------------------------------------------------------------------------------------
@@ -240,6 +249,29 @@ def mul(a: Matrix, b: Vector) -> Vector: ...
 def mul(a: Matrix, b: Matrix) -> Matrix: ...
 
 
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] + b;"))
+def add(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] - b;"))
+def sub(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0]; R[2] = A[2] * B[0];"))
+def mul(a: Vector, b: Lanes) -> Vector: ...
+
+
+@wp.func_native(
+    rows(
+        "Vector",
+        "ab",
+        """R[0] = A[0] * B[0] + A[1] * B[1] + A[2] * B[2]; R[1] = A[1] * B[0] + A[3] * B[1] + A[4] * B[2];
+        R[2] = A[2] * B[0] + A[4] * B[1] + A[5] * B[2];""",
+    )
+)
+def mul(a: Symmetric, b: Vector) -> Vector: ...
+
+
 # --- Functions ------------------------------------------------------------------------------------------------------
 
 
@@ -339,6 +371,36 @@ def larger(a: Lanes, b: Lanes) -> Lanes:
 def dot(a: Vector, b: Vector) -> Lanes: ...
 
 
+@wp.func_native(rows("Vector", "xyz", "R[0] = X[0]; R[1] = Y[0]; R[2] = Z[0];"))
+def vector(x: Lanes, y: Lanes, z: Lanes) -> Vector: ...
+
+
+@wp.func_native(
+    rows(
+        "Vector",
+        "ab",
+        "R[0] = A[1] * B[2] - A[2] * B[1]; R[1] = A[2] * B[0] - A[0] * B[2]; R[2] = A[0] * B[1] - A[1] * B[0];",
+    )
+)
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+
+
+@wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[1]; R[2] = A[2] * B[2];"))
+def by_component(a: Vector, b: Vector) -> Vector:
+    """The products of the components."""
+
+
+@wp.func_native(rows("Lanes", "x", "R[0] = X[0] * X[0];"))
+def square(x: Lanes) -> Lanes:
+    """x²."""
+
+
+@wp.func_native(rows("Lanes", "ab", "R[0] = B[0] < A[0] ? B[0] : A[0];"))
+def smaller(a: Lanes, b: Lanes) -> Lanes:
+    """The smaller one; a where b is NaN."""
+
+
 # --- Conditions -----------------------------------------------------------------------------------------------------
 
 
@@ -365,9 +427,24 @@ def where(m: Lanes, a: Vector, b: Vector) -> Vector: ...
 def where(m: Lanes, a: Block, b: Block) -> Block: ...
 
 
-@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? A[0] - A[0] + 1.0 : A[0] - A[0];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? (V)(1.0) : (V)(0.0);"))
 def less(a: Lanes, b: Lanes) -> Lanes:
-    """1 where a < b, 0 elsewhere; NaN where a is not finite."""
+    """1 where a < b, 0 elsewhere."""
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] < b ? (V)(1.0) : (V)(0.0);"))
+def less(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(
+    each(
+        "Lanes",
+        """r.c[k] = 1.0;
+    for (int i = 0; i < 3; ++i) if (!(low.c[i] <= x.data[i][k] && x.data[i][k] <= high.c[i])) r.c[k] = 0.0;""",
+    )
+)
+def inside(x: Vector, low: wp.vec3d, high: wp.vec3d) -> Lanes:
+    """1 in the box from ``low`` to ``high``, 0 elsewhere."""
 
 
 @wp.func_native(f"for (int k = 0; k < {WIDTH}; ++k) if (m.c[k] != 0.0) return true; return false;")
@@ -422,6 +499,47 @@ def store(array: Vectors2D, tile: int, node: int, field: Vector):
 def store(array: Matrices2D, tile: int, node: int, field: Matrix): ...
 
 
+ROD = f"int rod = tile * {WIDTH} + k < a.shape[0] ? tile * {WIDTH} + k : a.shape[0] - 1;"
+"""C++: the rod of lane k, or the last one where there is none."""
+
+
+@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
+def load(a: Scalars1D, tile: int) -> Lanes:
+    """The values of the rods of a tile; lanes beyond the last rod repeat it."""
+
+
+@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
+def load(a: Integers1D, tile: int) -> Lanes: ...
+
+
+@wp.func_native(
+    each(
+        "Vector",
+        f"""{ROD} const wp::mat_t<3, 3, wp::float64>& m = *wp::address(a, rod, node);
+    for (int i = 0; i < 3; ++i)
+        r.data[i][k] = m.data[i][0] * v.data[0][k] + m.data[i][1] * v.data[1][k] + m.data[i][2] * v.data[2][k];""",
+    )
+)
+def load_times(a: Matrices2D, tile: int, node: int, v: Vector) -> Vector:
+    """The products of the matrices of the rods with v."""
+
+
+@wp.func_native(
+    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
+    if (m.c[k] != 0.0) *wp::address(a, tile * {WIDTH} + k) = value.c[k];"""
+)
+def store(a: Scalars1D, tile: int, m: Lanes, value: Lanes):
+    """Store the values of the rods of a tile where m is not zero."""
+
+
+@wp.func_native(
+    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
+    if (m.c[k] != 0.0)
+        for (int i = 0; i < 3; ++i) wp::address(a, tile * {WIDTH} + k, node)->c[i] = value.data[i][k];"""
+)
+def store(a: Vectors2D, tile: int, node: int, m: Lanes, value: Vector): ...
+
+
 # --- Single rods ----------------------------------------------------------------------------------------------------
 
 
@@ -449,3 +567,11 @@ def vector_of(field: Vectors, rod: int, node: int) -> wp.vec3d:
     """The value of one rod."""
     values = field[rod // WIDTH, node]
     return wp.vec3d(values[0, rod % WIDTH], values[1, rod % WIDTH], values[2, rod % WIDTH])
+
+
+@wp.func
+def set_number(field: Lanes2D, rod: int, node: int, value: real):
+    """Set the value of one rod."""
+    values = field[rod // WIDTH, node]
+    values[rod % WIDTH] = value
+    field[rod // WIDTH, node] = values

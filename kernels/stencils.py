@@ -9,13 +9,14 @@ from typing import Any
 
 import warp as wp
 
+from warp_rods.kernels.lanes import add, div, mul, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Values2D, real
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def derivative(f: Values2D, rod: int, i: int, h: real):
+def derivative(f: Values2D, rod: int, i: int, h: Any):
     """``f'`` at node ``i``: central at inner nodes, three points at the ends; at least 3 nodes."""
     last = f.shape[1] - 1
     # The three-point formula at an end, with nodes counted inwards: 2 h f' = 4 (f1 − f0) − (f2 − f0).
@@ -36,7 +37,7 @@ def second_difference(f: Values2D, rod: int, i: int):
 
 
 @wp.func
-def second_derivative(f: Values2D, rod: int, i: int, h: real):
+def second_derivative(f: Values2D, rod: int, i: int, h: Any):
     """``f''`` at node ``i``: central at inner nodes, four points at the ends; at least 4 nodes."""
     last = f.shape[1] - 1
     # At an end: linear extrapolation of the second differences at the next two nodes.
@@ -51,7 +52,7 @@ def second_derivative(f: Values2D, rod: int, i: int, h: real):
 
 
 @wp.func
-def second_derivative_at_start(f: Values2D, rod: int, slope: Any, h: real):
+def second_derivative_at_start(f: Values2D, rod: int, slope: Any, h: Any):
     """``f''`` at the first node where ``f'`` is known to be ``slope``, by a mirror node beyond the end.
 
     The formula is of first order; a scheme that uses it as a boundary condition is still of second order.
@@ -60,14 +61,14 @@ def second_derivative_at_start(f: Values2D, rod: int, slope: Any, h: real):
 
 
 @wp.func
-def second_derivative_at_end(f: Values2D, rod: int, slope: Any, h: real):
+def second_derivative_at_end(f: Values2D, rod: int, slope: Any, h: Any):
     """``f''`` at the last node where ``f'`` is known to be ``slope``; see ``second_derivative_at_start``."""
     last = f.shape[1] - 1
     return real(2.0) * (f[rod, last - 1] - f[rod, last] + h * slope) / (h * h)
 
 
 @wp.func
-def half_difference(f: Values2D, rod: int, i: int, h: real):
+def half_difference(f: Values2D, rod: int, i: int, h: Any):
     """``f'`` at the half node between nodes ``i`` and ``i + 1``."""
     return (f[rod, i + 1] - f[rod, i]) / h
 
@@ -79,7 +80,7 @@ def half_average(f: Values2D, rod: int, i: int):
 
 
 @wp.func
-def trapezoid_weight(i: int, nodes: int, h: real):
+def trapezoid_weight(i: int, nodes: int, h: Any):
     """The weight of node ``i`` in the trapezoid rule: ``h``, and ``h/2`` at the ends."""
     if i == 0 or i == nodes - 1:
         return real(0.5) * h
@@ -87,7 +88,7 @@ def trapezoid_weight(i: int, nodes: int, h: real):
 
 
 @wp.func
-def integral(f: Values2D, rod: int, h: real):
+def integral(f: Values2D, rod: int, h: Any):
     """``∫ f ds`` over the rod by the trapezoid rule, summed from the first node to the last."""
     last = f.shape[1] - 1
     total = real(0.5) * (f[rod, 0] + f[rod, last])

@@ -15,20 +15,21 @@ and at the tracked node from ω2, or from its clamp.
 import warp as wp
 
 from warp_rods.kernels.bound.rod import angular_velocity, is_clamped, resistance_at
-from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.layout import Quadruples2D, Scalars1D, Scalars2D, real
+from warp_rods.kernels.bound.state import Filaments, Quadruples, Systems
+from warp_rods.kernels.lanes import Block, Lanes, Lanes2D, add, block, div, mul, sub  # noqa: F401 (operators)
+from warp_rods.kernels.layout import real
 from warp_rods.kernels.stencils import half_average
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def turning_stiffness(f: Filaments, rod: int, j: int) -> real:
+def turning_stiffness(f: Filaments, tile: int, j: int) -> Lanes:
     """e″ at half node j; 0 beyond the ends."""
     if j < 0 or j >= f.geodesic.shape[1] - 1:
-        return real(0.0)
-    K = half_average(f.curvature, rod, j)
-    B = f.stiffness[rod]
+        return Lanes()
+    K = half_average(f.curvature, tile, j)
+    B = f.stiffness[tile]
     difference = K[2] - K[0]
     return B[0] * difference * difference + real(4.0) * B[1] * K[1] * K[1]
 
@@ -60,138 +61,127 @@ def bending_weights(f: Filaments, i: int) -> wp.vec4d:
 
 
 @wp.func
-def turn_to_velocity(f: Filaments, rod: int, i: int) -> wp.vec4d:
-    """Weights of δα at the half nodes i − 2 to i + 1 in δu2 at node i.
+def turn_to_velocity(f: Filaments, tile: int, i: int, before: Lanes, after: Lanes) -> Block:
+    """Weights of δα at the half nodes i − 2 to i + 1 in δu2 at node i; e″ ``before`` and ``after`` the node.
 
     At a free end m3' varies by e″ δα with the turn.
     """
     if is_clamped(f, i):
-        return wp.vec4d()
+        return Block()
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
-    w = -f.stiffness[rod][2] / (h * h * h) * bending_weights(f, i)
+    h = f.spacing[tile]
+    bending = -f.stiffness[tile][2] / (h * h * h)
+    w = bending_weights(f, i)
+    w0, w1, w2, w3 = w[0] * bending, w[1] * bending, w[2] * bending, w[3] * bending
     if i == 0:
-        w[2] += turning_stiffness(f, rod, 0) / h
-        w[3] += turning_stiffness(f, rod, 1) / h
+        w2 += after / h
+        w3 += turning_stiffness(f, tile, 1) / h
     elif i == last:
-        w[1] -= turning_stiffness(f, rod, last - 1) / h
-        w[0] -= turning_stiffness(f, rod, last - 2) / h
+        w1 -= before / h
+        w0 -= turning_stiffness(f, tile, last - 2) / h
     else:
-        w[1] -= turning_stiffness(f, rod, i - 1) / h
-        w[2] += turning_stiffness(f, rod, i) / h
-    return w / resistance_at(f, rod, i)[2]
-
-
-@wp.kernel
-def find_turn_to_velocity(f: Filaments, weights: Quadruples2D):
-    """``turn_to_velocity`` at nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 1:
-        weights[rod, i] = turn_to_velocity(f, rod, i)
-
-
-@wp.kernel
-def set_angle_rows(
-    f: Filaments,
-    rate: Scalars1D,
-    weights: Quadruples2D,
-    lower2: Scalars2D,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    upper2: Scalars2D,
-):
-    """Rows of a − J at half nodes; the row after the last half node is that of a given value."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    if i == f.geodesic.shape[1] - 1:
-        diagonal[rod, i] = real(1.0)
-        lower[rod, i] = real(0.0)
-        lower2[rod, i] = real(0.0)
-        return
-    per_length = real(1.0) / f.spacing[rod]
-    here = weights[rod, i]
-    after = weights[rod, i + 1]
-    lower2[rod, i] = per_length * here[0]
-    lower[rod, i] = per_length * (here[1] - after[0])
-    diagonal[rod, i] = rate[rod] + per_length * (here[2] - after[1])
-    upper[rod, i] = per_length * (here[3] - after[2])
-    upper2[rod, i] = -per_length * after[3]
+        w1 -= before / h
+        w2 += after / h
+    mobility = real(1.0) / resistance_at(f, tile, i)[2]
+    return block(w0 * mobility, w1 * mobility, w2 * mobility, w3 * mobility)
 
 
 @wp.func
-def set_end_constant(f: Filaments, source: real, a: real, rod: int, rhs: Scalars2D):
+def find_turn_to_velocity(f: Filaments, tile: int, weights: Quadruples):
+    """``turn_to_velocity`` at nodes."""
+    before = Lanes()
+    for i in range(f.geodesic.shape[1]):
+        after = turning_stiffness(f, tile, i)
+        weights[tile, i] = turn_to_velocity(f, tile, i, before, after)
+        before = after
+
+
+@wp.func
+def set_angle_rows(f: Filaments, tile: int, rate: Lanes, systems: Systems):
+    """Rows of a − J at half nodes; the row after the last half node is that of a given value."""
+    last = f.geodesic.shape[1] - 1
+    per_length = real(1.0) / f.spacing[tile]
+    here = systems.weights[tile, 0]
+    for i in range(last):
+        after = systems.weights[tile, i + 1]
+        systems.lower2[tile, i] = per_length * here[0]
+        systems.lower[tile, i] = per_length * (here[1] - after[0])
+        systems.diagonal[tile, i] = rate + per_length * (here[2] - after[1])
+        systems.upper[tile, i] = per_length * (here[3] - after[2])
+        systems.upper2[tile, i] = -per_length * after[3]
+        here = after
+    systems.diagonal[tile, last] = Lanes(real(1.0))
+    systems.lower[tile, last] = Lanes()
+    systems.lower2[tile, last] = Lanes()
+
+
+@wp.func
+def set_end_constant(f: Filaments, source: Lanes, a: Lanes, tile: int, rhs: Lanes2D):
     """The constant c in δΩ = −2 δα/Δs + c at the last end, where both are clamped, and its part in δu2 next to it.
 
     It follows from ``a δΩ − 2 δu2/Δs² = source`` at the end and the row of the last half node, ``a δα + δu2/Δs = g``.
     """
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
-    c = (source + real(2.0) * rhs[rod, last - 1] / h) / a
-    du2 = -f.stiffness[rod][2] * c / (h * h * resistance_at(f, rod, last - 1)[2])
-    rhs[rod, last - 1] = rhs[rod, last - 1] - du2 / h
-    rhs[rod, last - 2] = rhs[rod, last - 2] + du2 / h
-    rhs[rod, last] = c
+    h = f.spacing[tile]
+    c = (source + real(2.0) * rhs[tile, last - 1] / h) / a
+    du2 = -f.stiffness[tile][2] * c / (h * h * resistance_at(f, tile, last - 1)[2])
+    rhs[tile, last - 1] = rhs[tile, last - 1] - du2 / h
+    rhs[tile, last - 2] = rhs[tile, last - 2] + du2 / h
+    rhs[tile, last] = c
 
 
-@wp.kernel
-def set_angle_rhs(
-    f: Filaments, rate_of_change: Scalars2D, slope: Scalars2D, turn_slope: Scalars1D, rate: Scalars1D, rhs: Scalars2D
-):
+@wp.func
+def set_angle_rhs(f: Filaments, tile: int, slope: Lanes2D, turn_slope: Lanes, rate: Lanes, rhs: Lanes2D):
     """g at half nodes, from the tracked node outwards; ``slope`` is Σ d Ω, ``turn_slope`` Σ d ψ, ``rate`` a.
 
     After the last half node, ``set_end_constant`` or 0.
     """
-    rod = wp.tid()
-    if f.active[rod] == 0:
-        return
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
+    h = f.spacing[tile]
     half = real(0.5) * h
     node = f.tracked
-    source = rate_of_change[rod, node] - slope[rod, node]
-    centre = real(0.0)
+    source = f.geodesic_rate[tile, node] - slope[tile, node]
+    centre = Lanes()
     if not is_clamped(f, node):
-        centre = angular_velocity(f, rod, node)[2] - turn_slope[rod]
+        centre = angular_velocity(f, tile, node)[2] - turn_slope
     if node < last:
         g = centre + half * source
-        rhs[rod, node] = g
+        rhs[tile, node] = g
         for j in range(node + 1, last):
-            g += h * (rate_of_change[rod, j] - slope[rod, j])
-            rhs[rod, j] = g
+            g += h * (f.geodesic_rate[tile, j] - slope[tile, j])
+            rhs[tile, j] = g
     if node > 0:
         g = centre - half * source
-        rhs[rod, node - 1] = g
+        rhs[tile, node - 1] = g
         for k in range(node - 1):
             j = node - 1 - k
-            g -= h * (rate_of_change[rod, j] - slope[rod, j])
-            rhs[rod, j - 1] = g
-    rhs[rod, last] = real(0.0)
+            g -= h * (f.geodesic_rate[tile, j] - slope[tile, j])
+            rhs[tile, j - 1] = g
+    rhs[tile, last] = Lanes()
     if f.start_clamped == 1 and f.end_clamped == 1:
-        set_end_constant(f, rate_of_change[rod, last] - slope[rod, last], rate[rod], rod, rhs)
+        set_end_constant(f, f.geodesic_rate[tile, last] - slope[tile, last], rate, tile, rhs)
 
 
 @wp.func
-def geodesic_increment(f: Filaments, turn: Scalars2D, rod: int, i: int):
+def geodesic_increment(f: Filaments, turn: Lanes2D, tile: int, i: int):
     """δΩ at a node."""
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
+    h = f.spacing[tile]
     if i == 0:
-        return real(2 * f.start_clamped) * turn[rod, 0] / h
+        return real(2 * f.start_clamped) * turn[tile, 0] / h
     if i == last:
-        return real(-2 * f.end_clamped) * turn[rod, last - 1] / h + turn[rod, last]
-    return (turn[rod, i] - turn[rod, i - 1]) / h
+        return real(-2 * f.end_clamped) * turn[tile, last - 1] / h + turn[tile, last]
+    return (turn[tile, i] - turn[tile, i - 1]) / h
 
 
 @wp.func
-def velocity_increment(turn: Scalars2D, weights: Quadruples2D, rod: int, i: int):
+def velocity_increment(turn: Lanes2D, weights: Quadruples, tile: int, i: int):
     """δu2 at a node."""
     last = turn.shape[1] - 1  # one more than the last half node
-    w = weights[rod, i]
-    total = real(0.0)
+    w = weights[tile, i]
+    total = Lanes()
     for k in range(4):
         j = i - 2 + k
         if j >= 0 and j < last:
-            total += w[k] * turn[rod, j]
+            total += w[k] * turn[tile, j]
     return total

@@ -15,72 +15,75 @@ import warp as wp
 from warp_rods.kernels.bound.angles import velocity_increment
 from warp_rods.kernels.bound.levels import History, Plan
 from warp_rods.kernels.bound.rod import velocity_along_at
-from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.layout import Matrices2D, Quadruples2D, real
-from warp_rods.kernels.multistep import Pace
+from warp_rods.kernels.bound.state import Filaments, Systems
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    Lanes,
+    Pair,
+    Vector,
+    add,
+    div,
+    dot,
+    load_times,
+    mul,
+    pair,
+    smaller,
+    sqrt,
+    sub,
+    vector,
+)
+from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def drag_times(C: wp.vec3d, u: wp.vec2d) -> wp.vec2d:
+def drag_times(C: Vector, u: Pair) -> Pair:
     """C u in the tangent plane."""
-    return wp.vec2d(C[0] * u[0] + C[1] * u[1], C[1] * u[0] + C[2] * u[1])
+    return pair(C[0] * u[0] + C[1] * u[1], C[1] * u[0] + C[2] * u[1])
 
 
 @wp.func
-def velocity_at(f: Filaments, plan: Plan, weights: Quadruples2D, rod: int, i: int) -> wp.vec2d:
+def velocity_at(f: Filaments, systems: Systems, tile: int, i: int) -> Pair:
     """(u1, u2) of a node at the end of the step."""
-    return wp.vec2d(
-        velocity_along_at(f, rod, i), f.velocity_across[rod, i] + velocity_increment(plan.turn, weights, rod, i)
-    )
-
-
-@wp.kernel
-def set_contact_drag(f: Filaments, past: History, plan: Plan, stiffness: Matrices2D):
-    """C of each node from K [rod, node] in space, and D v added to the force; ``dim = (rods, nodes)``."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    R = f.rotation[rod, i]
-    D = (real(2.0) / plan.rate[rod]) * (wp.transpose(R) * stiffness[rod, i] * R)
-    C = wp.vec3d(D[0, 0], D[0, 1], D[1, 1])
-    push = drag_times(C, past.contact_velocity[rod, i])
-    f.contact_drag[rod, i] = C
-    f.force[rod, i] += R * wp.vec3d(push[0], push[1], real(0.0))
+    increment = velocity_increment(systems.turn, systems.weights, tile, i)
+    return pair(velocity_along_at(f, tile, i), f.velocity_across[tile, i] + increment)
 
 
 @wp.func
-def contact_error(f: Filaments, past: History, plan: Plan, weights: Quadruples2D, rod: int, dt: real) -> real:
+def set_contact_drag(f: Filaments, past: History, plan: Plan, tile: int):
+    """C of each node from K [rod, node] in space, and D v added to the load."""
+    scale = real(2.0) / plan.rate[tile]
+    for i in range(f.geodesic.shape[1]):
+        q, across = f.tangent[tile, i], f.across[tile, i]
+        Kq = load_times(f.contact_stiffness, tile, i, q)
+        K2 = load_times(f.contact_stiffness, tile, i, across)
+        C = scale * vector(dot(q, Kq), dot(q, K2), dot(across, K2))
+        push = drag_times(C, past.contact_velocity[tile, i])
+        f.contact_drag[tile, i] = C
+        f.load[tile, i] = f.load[tile, i] + vector(push[0], push[1], Lanes())
+
+
+@wp.func
+def contact_error(f: Filaments, past: History, systems: Systems, tile: int, dt: Lanes) -> Lanes:
     """Error of a step in places: what D (u − v)/2 would move the nodes on the average, against drag and D, over L.
 
     Half of D stands for the other node of a pair. Where that moves alike this half is in error.
     """
-    total = real(0.0)
+    total = Lanes()
     nodes = f.geodesic.shape[1]
-    drag = f.drag[rod]
+    drag = f.drag[tile]
     for i in range(nodes):
-        C = f.contact_drag[rod, i]
-        lag = drag_times(C, velocity_at(f, plan, weights, rod, i) - past.contact_velocity[rod, i])
-        total += wp.length(lag) / (wp.min(drag[0], drag[1]) + C[0] + C[2])
-    length = f.spacing[rod] * real(nodes - 1)
+        C = f.contact_drag[tile, i]
+        lag = drag_times(C, velocity_at(f, systems, tile, i) - past.contact_velocity[tile, i])
+        total += sqrt(dot(lag, lag)) / (smaller(drag[0], drag[1]) + C[0] + C[2])
+    length = f.spacing[tile] * real(nodes - 1)
     return real(0.5) * dt * total / (real(nodes) * length)
 
 
-@wp.kernel
-def find_contact_errors(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadruples2D):
-    """Let the errors of the step count ``contact_error``; ``dim = rods``."""
-    rod = wp.tid()
-    if f.active[rod] == 1:
-        dt = plan.end[rod] - pace.at[rod, 0]
-        plan.error[rod] = wp.max(plan.error[rod], contact_error(f, past, plan, weights, rod, dt))
-
-
-@wp.kernel
-def keep_contact_velocity(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadruples2D):
-    """v of the next step; before the step is the newest level; ``dim = (rods, nodes)``."""
-    rod, i = wp.tid()
-    if f.active[rod] == 1:
-        v = past.contact_velocity[rod, i]
-        scale = plan.rate[rod] * (plan.end[rod] - pace.at[rod, 0])
-        past.contact_velocity[rod, i] = v + (velocity_at(f, plan, weights, rod, i) - v) / scale
+@wp.func
+def find_contact_velocity(f: Filaments, past: History, plan: Plan, systems: Systems, tile: int, dt: Lanes):
+    """v of the next step, kept beside that of this one."""
+    scale = plan.rate[tile] * dt
+    for i in range(f.geodesic.shape[1]):
+        v = past.contact_velocity[tile, i]
+        past.contact_velocity_tried[tile, i] = v + (velocity_at(f, systems, tile, i) - v) / scale

@@ -4,72 +4,75 @@ import warp as wp
 
 from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_of, velocity_along_at
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.layout import Quaternions2D, Scalars1D, Scalars2D, real
-from warp_rods.kernels.lie import quaternion
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    Lanes,
+    Lanes2D,
+    add,
+    by_component,
+    dot,
+    mul,
+    store,
+    sub,
+    vector,
+)
+from warp_rods.kernels.layout import Scalars1D, real
 from warp_rods.kernels.stencils import trapezoid_weight
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def elastic_density(f: Filaments, rod: int, i: int) -> real:
+def elastic_density(f: Filaments, tile: int, i: int) -> Lanes:
     """½ Σ B (strain − σ)², energy per length."""
-    bending = strain_of(f.curvature[rod, i], f.geodesic[rod, i]) - f.intrinsic[rod]
-    return real(0.5) * wp.dot(wp.cw_mul(f.stiffness[rod], bending), bending)
+    bending = strain_of(f.curvature[tile, i], f.geodesic[tile, i]) - f.intrinsic[tile]
+    return real(0.5) * dot(by_component(f.stiffness[tile], bending), bending)
 
 
 @wp.func
-def dissipation_density(f: Filaments, rod: int, i: int) -> real:
+def dissipation_density(f: Filaments, tile: int, i: int) -> Lanes:
     """ζ∥ u1² + ζ⊥ (u2² + V²) + ζr ω0², power per length."""
-    u = wp.vec3d(velocity_along_at(f, rod, i), f.velocity_across[rod, i], angular_velocity(f, rod, i)[0])
-    return wp.dot(f.drag[rod], wp.cw_mul(u, u)) + f.drag[rod][1] * f.normal_velocity[rod, i] * f.normal_velocity[rod, i]
+    u = vector(velocity_along_at(f, tile, i), f.velocity_across[tile, i], angular_velocity(f, tile, i)[0])
+    V = f.normal_velocity[tile, i]
+    return dot(f.drag[tile], by_component(u, u)) + f.drag[tile][1] * V * V
 
 
 @wp.func
-def force_power_density(f: Filaments, rod: int, i: int) -> real:
+def force_power_density(f: Filaments, tile: int, i: int) -> Lanes:
     """f·u, power per length of the external force."""
-    return wp.dot(f.force[rod, i], f.rotation[rod, i] * node_velocity(f, rod, i))
+    return dot(f.load[tile, i], node_velocity(f, tile, i))
 
 
 @wp.func
-def growth_power(f: Filaments, density: Scalars2D, rod: int) -> real:
+def growth_power(f: Filaments, density: Lanes2D, tile: int) -> Lanes:
     """dL/dt e(tip), energy per time of new material at the tips; a rod that is free at both ends grows at both."""
     last = f.geodesic.shape[1] - 1
     share = real(f.tracked) / real(last)
-    return f.growth_rate[rod] * (share * density[rod, 0] + (real(1.0) - share) * density[rod, last])
+    return f.growth_rate[tile] * (share * density[tile, 0] + (real(1.0) - share) * density[tile, last])
 
 
-@wp.kernel
+@wp.func
 def find_energies(
     f: Filaments,
-    density: Scalars2D,
+    tile: int,
+    density: Lanes2D,
     energy: Scalars1D,
     dissipation: Scalars1D,
     growth: Scalars1D,
     force_power: Scalars1D,
 ):
     """Elastic energy, its density at nodes, dissipation, power of growth and of the external force; trapezoid rule."""
-    rod = wp.tid()
-    h = f.spacing[rod]
+    h = f.spacing[tile]
     nodes = f.geodesic.shape[1]
-    E = real(0.0)
-    D = real(0.0)
-    P = real(0.0)
+    E, D, P = Lanes(), Lanes(), Lanes()
     for i in range(nodes):
-        e = elastic_density(f, rod, i)
+        e = elastic_density(f, tile, i)
         w = trapezoid_weight(i, nodes, h)
-        density[rod, i] = e
+        density[tile, i] = e
         E += w * e
-        D += w * dissipation_density(f, rod, i)
-        P += w * force_power_density(f, rod, i)
-    energy[rod] = E
-    dissipation[rod] = D
-    growth[rod] = growth_power(f, density, rod)
-    force_power[rod] = P
-
-
-@wp.kernel
-def find_orientations(f: Filaments, quaternions: Quaternions2D):
-    """Directors as quaternions x, y, z, w."""
-    rod, i = wp.tid()
-    quaternions[rod, i] = quaternion(f.rotation[rod, i])
+        D += w * dissipation_density(f, tile, i)
+        P += w * force_power_density(f, tile, i)
+    one = Lanes(real(1.0))
+    store(energy, tile, one, E)
+    store(dissipation, tile, one, D)
+    store(growth, tile, one, growth_power(f, density, tile))
+    store(force_power, tile, one, P)

@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.layout import Scalars2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -32,8 +31,8 @@ def step_to_knot(growth: Growth, rod: int, t: real, step: real) -> real:
 
 
 @wp.func
-def set_length(f: Filaments, growth: Growth, rod: int, t: real):
-    """Spacing and dL/dt at time t."""
+def length_at(growth: Growth, rod: int, t: real):
+    """Length and dL/dt at time t."""
     length = growth.length[rod, 0]
     rate = real(0.0)
     for k in range(growth.time.shape[1] - 1):
@@ -45,5 +44,4 @@ def set_length(f: Filaments, growth: Growth, rod: int, t: real):
     if t >= growth.time[rod, last]:
         length = growth.length[rod, last]
         rate = real(0.0)
-    f.spacing[rod] = length / real(f.geodesic.shape[1] - 1)
-    f.growth_rate[rod] = rate
+    return length, rate

@@ -4,35 +4,26 @@ import warp as wp
 
 from warp_rods.kernels.bound.growth import Growth, step_to_knot
 from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.layout import (
-    Integers1D,
-    Integers2D,
-    Matrices1D,
-    Pairs2D,
-    Scalars1D,
-    Scalars2D,
-    Vectors1D,
-    Vectors2D,
-    real,
-)
-from warp_rods.kernels.multistep import LEVELS, Levels, Pace, combine
+from warp_rods.kernels.bound.state import Vectors1D as TileVectors
+from warp_rods.kernels.lanes import WIDTH, Lanes1D, Lanes2D, Pairs, add, mul, rods_in  # noqa: F401 (operators)
+from warp_rods.kernels.layout import Integers1D, Matrices1D, Scalars1D, Scalars2D, Vectors1D, Vectors2D, real
+from warp_rods.kernels.multistep import LEVELS, Levels, Pace, Weights, combine
 from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
 
-LevelsArray = wp.array(dtype=Levels)
+WeightsArray = wp.array(dtype=Weights)
 
 
 @wp.struct
 class History:
-    """The state of each rod at its levels, newest first."""
+    """The state of each rod at its levels, newest first: Ω [tile, node], the others [rod]."""
 
-    now: Scalars2D  # Ω [rod, node]
-    first: Scalars2D
-    second: Scalars2D
-    third: Scalars2D
-    fourth: Scalars2D
+    now: Lanes2D  # Ω [tile, node]
+    first: Lanes2D
+    second: Lanes2D
+    third: Lanes2D
+    fourth: Lanes2D
     turn: Scalars2D  # ψ, the angle by which the tracked node has turned about n [rod, level]
     rotation: Matrices1D  # frame of the tracked node
     position: Vectors1D
@@ -40,21 +31,20 @@ class History:
     position_before: Vectors1D
     angular_velocity: Vectors2D  # ω of the tracked node [rod, level]
     velocity: Vectors2D  # u of the tracked node
-    contact_velocity: Pairs2D  # v along and across of the last step [rod, node], see ``contact.py``
+    contact_velocity: Pairs  # v along and across of the last step [tile, node], see ``contact.py``
+    contact_velocity_tried: Pairs  # that of the step that is tried
     failed_at: Scalars1D  # time at which the rod was frozen
 
 
 @wp.struct
 class Plan:
-    """The step that each rod takes [rod]: its end, the weights of its formula, and what they give."""
+    """The step that each rod takes: its end, the weights of its formula [tile], and what they give [rod]."""
 
+    value: WeightsArray
+    slope: WeightsArray
+    rate: Lanes1D  # a
+    turn_slope: Lanes1D  # Σ d ψ
     end: Scalars1D
-    value: LevelsArray
-    slope: LevelsArray
-    rate: Scalars1D  # a
-    turn_slope: Scalars1D  # Σ d ψ
-    geodesic_slope: Scalars2D  # Σ d Ω [rod, node]
-    turn: Scalars2D  # δα at half nodes [rod, node]; first the right-hand side
     angle: Scalars1D  # ψ at the end of the step
     velocity: Vectors1D  # u of the tracked node there
     angular_velocity: Vectors1D  # ω
@@ -63,14 +53,16 @@ class Plan:
     error: Scalars1D  # of the step
     lower: Scalars1D  # of a step of the order below, and of that above; negative: not known
     higher: Scalars1D
-    unfit: Integers2D  # OK, or why a side of the rod [rod, side] cannot follow its surface
+    tangent: TileVectors  # of the node from which frames are laid out [tile], and its place
+    place: TileVectors
+    unfit: Scalars1D  # OK, or why the rod cannot follow its surface
 
 
 @wp.func
-def geodesic_at(past: History, w: Levels, rod: int, i: int) -> real:
+def geodesic_at(past: History, w: Weights, tile: int, i: int):
     """Σ w Ω of the levels."""
     return combine(
-        w, past.now[rod, i], past.first[rod, i], past.second[rod, i], past.third[rod, i], past.fourth[rod, i]
+        w, past.now[tile, i], past.first[tile, i], past.second[tile, i], past.third[tile, i], past.fourth[tile, i]
     )
 
 
@@ -84,23 +76,14 @@ def turn_at(past: History, w: Levels, rod: int) -> real:
 
 
 @wp.func
-def push_geodesic(past: History, rod: int, i: int, newest: real):
-    """Take this Ω as that of the newest level."""
-    past.fourth[rod, i] = past.third[rod, i]
-    past.third[rod, i] = past.second[rod, i]
-    past.second[rod, i] = past.first[rod, i]
-    past.first[rod, i] = past.now[rod, i]
-    past.now[rod, i] = newest
-
-
-@wp.kernel
-def choose_equal_steps(f: Filaments, pace: Pace, plan: Plan, clock: Scalars1D):
-    """Steps of the length in the clock and of second order, for every rod that is not frozen; ``dim = rods``."""
-    rod = wp.tid()
-    f.active[rod] = wp.where(f.status[rod] == OK, 1, 0)
-    plan.together[rod] = 1
-    pace.step[rod] = clock[STEP]
-    pace.order[rod] = wp.min(pace.levels[rod], 2)
+def choose_equal_steps(tile: int, f: Filaments, pace: Pace, plan: Plan, step: real):
+    """Steps of this length and of second order, for every rod that is not frozen."""
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        f.active[rod] = wp.where(f.status[rod] == OK, 1, 0)
+        plan.together[rod] = 1
+        pace.step[rod] = step
+        pace.order[rod] = wp.min(pace.levels[rod], 2)
 
 
 @wp.kernel
@@ -109,19 +92,20 @@ def reset(flag: Integers1D):
     flag[0] = 0
 
 
-@wp.kernel
-def choose_own_steps(f: Filaments, pace: Pace, plan: Plan, growth: Growth, target: Scalars1D, behind: Integers1D):
-    """Let every rod that is not frozen take a step of its own until it has reached ``target[0]``; ``dim = rods``.
+@wp.func
+def choose_own_steps(tile: int, f: Filaments, pace: Pace, plan: Plan, growth: Growth, target: real, behind: Integers1D):
+    """Let every rod that is not frozen take a step of its own until it has reached ``target``.
 
     No step passes a knot of the length against time, which the error of a long one might not see.
     """
-    rod = wp.tid()
-    f.active[rod] = 0
-    plan.together[rod] = 0
-    if f.status[rod] == OK and pace.at[rod, 0] < target[0]:
-        f.active[rod] = 1
-        behind[0] = 1
-        pace.step[rod] = step_to_knot(growth, rod, pace.at[rod, 0], pace.step[rod])
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        f.active[rod] = 0
+        plan.together[rod] = 0
+        if f.status[rod] == OK and pace.at[rod, 0] < target:
+            f.active[rod] = 1
+            behind[0] = 1
+            pace.step[rod] = step_to_knot(growth, rod, pace.at[rod, 0], pace.step[rod])
 
 
 @wp.kernel
@@ -129,18 +113,3 @@ def count_rejected(f: Filaments, pace: Pace):
     """Count the step as repeated; ``dim = rods``."""
     rod = wp.tid()
     pace.rejected[rod] = pace.rejected[rod] + f.active[rod]
-
-
-@wp.kernel
-def activate(f: Filaments):
-    """Let the next kernels evaluate every rod; ``dim = rods``."""
-    f.active[wp.tid()] = 1
-
-
-@wp.kernel
-def extrapolate(f: Filaments, past: History, plan: Plan):
-    """Ω at the end of the step, and Σ d Ω; ``dim = (rods, nodes)``."""
-    rod, i = wp.tid()
-    if f.active[rod] == 1:
-        f.geodesic[rod, i] = geodesic_at(past, plan.value[rod], rod, i)
-        plan.geodesic_slope[rod, i] = geodesic_at(past, plan.slope[rod], rod, i)

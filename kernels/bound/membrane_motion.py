@@ -6,6 +6,7 @@ V_1 = (n×q)·∇V; V' is the derivative along the rod. All terms vanish on a me
 import warp as wp
 
 from warp_rods.kernels.bound.state import Filaments
+from warp_rods.kernels.lanes import Lanes, Vector, add, div, mul, sub, vector  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.stencils import derivative, half_average
 
@@ -13,46 +14,46 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def shortening_rate(f: Filaments, rod: int, i: int) -> real:
+def shortening_rate(f: Filaments, tile: int, i: int) -> Lanes:
     """K11 V in u1' = Ω u2 + K11 V: the rate at which motion along n alone would shorten the rod."""
     if f.membrane_moves == 0:
-        return real(0.0)
-    return f.curvature[rod, i][0] * f.normal_velocity[rod, i]
+        return Lanes()
+    return f.curvature[tile, i][0] * f.normal_velocity[tile, i]
 
 
 @wp.func
-def rotational_drag_across(f: Filaments, rod: int, i: int) -> real:
+def rotational_drag_across(f: Filaments, tile: int, i: int) -> Lanes:
     """ζr K22 V_1 at a node, the rotational drag of the moving membrane in Y2."""
     if f.membrane_moves == 0:
-        return real(0.0)
-    return f.drag[rod][2] * f.curvature[rod, i][2] * f.normal_velocity_slope[rod, i]
+        return Lanes()
+    return f.drag[tile][2] * f.curvature[tile, i][2] * f.normal_velocity_slope[tile, i]
 
 
 @wp.func
-def rotational_drag_along(f: Filaments, rod: int, i: int) -> real:
+def rotational_drag_along(f: Filaments, tile: int, i: int) -> Lanes:
     """ζr K12 V_1 at i + ½, the rotational drag of the moving membrane in Y1."""
     if f.membrane_moves == 0:
-        return real(0.0)
-    return f.drag[rod][2] * half_average(f.curvature, rod, i)[1] * half_average(f.normal_velocity_slope, rod, i)
+        return Lanes()
+    return f.drag[tile][2] * half_average(f.curvature, tile, i)[1] * half_average(f.normal_velocity_slope, tile, i)
 
 
 @wp.func
-def membrane_angular_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def membrane_angular_velocity(f: Filaments, tile: int, i: int) -> Vector:
     """The part of ω that is due to V: (V_1, −V', −K12 V)."""
     if f.membrane_moves == 0:
-        return wp.vec3d()
-    slope = derivative(f.normal_velocity, rod, i, f.spacing[rod])
-    return wp.vec3d(f.normal_velocity_slope[rod, i], -slope, -f.curvature[rod, i][1] * f.normal_velocity[rod, i])
+        return Vector()
+    slope = derivative(f.normal_velocity, tile, i, f.spacing[tile])
+    return vector(f.normal_velocity_slope[tile, i], -slope, -f.curvature[tile, i][1] * f.normal_velocity[tile, i])
 
 
 @wp.func
-def membrane_geodesic_rate(f: Filaments, rod: int, i: int) -> real:
+def membrane_geodesic_rate(f: Filaments, tile: int, i: int) -> Lanes:
     """The part of ∂Ω/∂t that is due to V, at an inner node: Ω K11 V − (K12 V)' − K12 V' + K11 V_1."""
     if f.membrane_moves == 0:
-        return real(0.0)
-    K = f.curvature[rod, i]
-    h = f.spacing[rod]
-    before = f.curvature[rod, i - 1][1] * f.normal_velocity[rod, i - 1]
-    after = f.curvature[rod, i + 1][1] * f.normal_velocity[rod, i + 1]
-    rate = f.geodesic[rod, i] * shortening_rate(f, rod, i) - (after - before) / (real(2.0) * h)
-    return rate - K[1] * derivative(f.normal_velocity, rod, i, h) + K[0] * f.normal_velocity_slope[rod, i]
+        return Lanes()
+    K = f.curvature[tile, i]
+    h = f.spacing[tile]
+    before = f.curvature[tile, i - 1][1] * f.normal_velocity[tile, i - 1]
+    after = f.curvature[tile, i + 1][1] * f.normal_velocity[tile, i + 1]
+    rate = f.geodesic[tile, i] * shortening_rate(f, tile, i) - (after - before) / (real(2.0) * h)
+    return rate - K[1] * derivative(f.normal_velocity, tile, i, h) + K[0] * f.normal_velocity_slope[tile, i]

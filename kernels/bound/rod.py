@@ -22,6 +22,18 @@ from warp_rods.kernels.bound.membrane_motion import (
     shortening_rate,
 )
 from warp_rods.kernels.bound.state import Filaments
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    Lanes,
+    Vector,
+    add,
+    by_component,
+    div,
+    dot,
+    load,
+    mul,
+    sub,
+    vector,
+)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.stencils import (
     derivative,
@@ -38,40 +50,40 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def strain_of(K: wp.vec3d, geodesic: real) -> wp.vec3d:
+def strain_of(K: Vector, geodesic: Lanes) -> Vector:
     """(twist, normal bending, geodesic bending) = (K12, −K11, Ω) (5.17), (5.18)."""
-    return wp.vec3d(K[1], -K[0], geodesic)
+    return vector(K[1], -K[0], geodesic)
 
 
 @wp.func
-def free_end_moment_slope(K: wp.vec3d, m: wp.vec3d) -> real:
+def free_end_moment_slope(K: Vector, m: Vector) -> Lanes:
     """m3' at a free end (D.60)."""
     return -(real(2.0) * K[1] * m[1] + (K[0] - K[2]) * m[0])
 
 
 @wp.func
-def free_end_tension(K: wp.vec3d, m: wp.vec3d) -> real:
+def free_end_tension(K: Vector, m: Vector) -> Lanes:
     """λ at a free end (D.61)."""
     return K[0] * m[1] - K[1] * m[0]
 
 
 @wp.func
-def resistance(K: wp.vec3d, drag: wp.vec3d, contact: wp.vec3d) -> wp.vec3d:
+def resistance(K: Vector, drag: Vector, contact: Vector) -> Vector:
     """(Z11, Z12, Z22) = (ζ∥ + ζr K12², ζr K12 K22, ζ⊥ + ζr K22²) + C."""
-    Z = wp.vec3d(drag[0] + drag[2] * K[1] * K[1], drag[2] * K[1] * K[2], drag[1] + drag[2] * K[2] * K[2])
+    Z = vector(drag[0] + drag[2] * K[1] * K[1], drag[2] * K[1] * K[2], drag[1] + drag[2] * K[2] * K[2])
     return Z + contact
 
 
 @wp.func
-def resistance_at(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def resistance_at(f: Filaments, tile: int, i: int) -> Vector:
     """(Z11, Z12, Z22) at node i."""
-    return resistance(f.curvature[rod, i], f.drag[rod], f.contact_drag[rod, i])
+    return resistance(f.curvature[tile, i], f.drag[tile], f.contact_drag[tile, i])
 
 
 @wp.func
-def half_resistance(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def half_resistance(f: Filaments, tile: int, i: int) -> Vector:
     """(Z11, Z12, Z22) at i + ½."""
-    return resistance(half_average(f.curvature, rod, i), f.drag[rod], half_average(f.contact_drag, rod, i))
+    return resistance(half_average(f.curvature, tile, i), f.drag[tile], half_average(f.contact_drag, tile, i))
 
 
 @wp.func
@@ -82,181 +94,175 @@ def is_clamped(f: Filaments, i: int) -> bool:
 
 
 @wp.func
-def moment_second_derivative(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def moment_second_derivative(f: Filaments, tile: int, i: int) -> Vector:
     """m'', at free ends with the slope of m3 from (D.60); only the last component is used."""
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
-    slope = wp.vec3d(real(0.0), real(0.0), free_end_moment_slope(f.curvature[rod, i], f.moment[rod, i]))
+    h = f.spacing[tile]
+    slope = vector(Lanes(), Lanes(), free_end_moment_slope(f.curvature[tile, i], f.moment[tile, i]))
     if i == 0 and f.start_clamped == 0:
-        return second_derivative_at_start(f.moment, rod, slope, h)
+        return second_derivative_at_start(f.moment, tile, slope, h)
     if i == last and f.end_clamped == 0:
-        return second_derivative_at_end(f.moment, rod, slope, h)
-    return second_derivative(f.moment, rod, i, h)
+        return second_derivative_at_end(f.moment, tile, slope, h)
+    return second_derivative(f.moment, tile, i, h)
 
 
 @wp.func
-def transverse_force(f: Filaments, rod: int, i: int) -> real:
+def transverse_force(f: Filaments, tile: int, i: int) -> Lanes:
     """Y2 = F2 − Ωλ, F2 of (5.42)."""
-    h = f.spacing[rod]
-    K = f.curvature[rod, i]
-    m = f.moment[rod, i]
-    dm = derivative(f.moment, rod, i, h)
-    ddm = moment_second_derivative(f, rod, i)
-    f2 = wp.dot(wp.transpose(f.rotation[rod, i]) * f.force[rod, i], wp.vec3d(real(0.0), real(1.0), real(0.0)))
-    bending = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[rod, i] + gaussian(K) * m[2]
-    external = f2 - rotational_drag_across(f, rod, i)
-    return -ddm[2] - bending - derivative(f.shear_term, rod, i, h) - K[1] * dm[1] + K[2] * dm[0] + external
+    h = f.spacing[tile]
+    K = f.curvature[tile, i]
+    m = f.moment[tile, i]
+    dm = derivative(f.moment, tile, i, h)
+    ddm = moment_second_derivative(f, tile, i)
+    f2 = f.load[tile, i][1]
+    bending = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[tile, i] + gaussian(K) * m[2]
+    external = f2 - rotational_drag_across(f, tile, i)
+    return -ddm[2] - bending - derivative(f.shear_term, tile, i, h) - K[1] * dm[1] + K[2] * dm[0] + external
 
 
 @wp.func
-def tangential_force(f: Filaments, rod: int, i: int) -> real:
+def tangential_force(f: Filaments, tile: int, i: int) -> Lanes:
     """Y1 = strain·m' + f1 at i + ½ (5.41)."""
-    h = f.spacing[rod]
-    here = strain_of(f.curvature[rod, i], f.geodesic[rod, i])
-    next_one = strain_of(f.curvature[rod, i + 1], f.geodesic[rod, i + 1])
-    f1 = wp.dot(f.rotation[rod, i] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i])
-    f1_next = wp.dot(f.rotation[rod, i + 1] * wp.vec3d(real(1.0), real(0.0), real(0.0)), f.force[rod, i + 1])
-    external = real(0.5) * (f1 + f1_next) - rotational_drag_along(f, rod, i)
-    return wp.dot(real(0.5) * (here + next_one), half_difference(f.moment, rod, i, h)) + external
+    h = f.spacing[tile]
+    here = strain_of(f.curvature[tile, i], f.geodesic[tile, i])
+    next_one = strain_of(f.curvature[tile, i + 1], f.geodesic[tile, i + 1])
+    external = half_average(f.load, tile, i)[0] - rotational_drag_along(f, tile, i)
+    return dot(real(0.5) * (here + next_one), half_difference(f.moment, tile, i, h)) + external
 
 
 @wp.func
-def velocity_along_at(f: Filaments, rod: int, i: int) -> real:
+def velocity_along_at(f: Filaments, tile: int, i: int) -> Lanes:
     """u1 at node i: the mean of both half nodes; at an end extrapolated over Δs/2 by u1' = Ω u2 + K11 V."""
     last = f.geodesic.shape[1] - 1
-    half = real(0.5) * f.spacing[rod]
+    half = real(0.5) * f.spacing[tile]
     if i == 0:
-        u1 = f.velocity_along[rod, 0] - half * f.geodesic[rod, 0] * f.velocity_across[rod, 0]
-        return u1 - half * shortening_rate(f, rod, 0)
+        u1 = f.velocity_along[tile, 0] - half * f.geodesic[tile, 0] * f.velocity_across[tile, 0]
+        return u1 - half * shortening_rate(f, tile, 0)
     if i == last:
-        u1 = f.velocity_along[rod, last - 1] + half * f.geodesic[rod, last] * f.velocity_across[rod, last]
-        return u1 + half * shortening_rate(f, rod, last)
-    return half_average(f.velocity_along, rod, i - 1)
+        u1 = f.velocity_along[tile, last - 1] + half * f.geodesic[tile, last] * f.velocity_across[tile, last]
+        return u1 + half * shortening_rate(f, tile, last)
+    return half_average(f.velocity_along, tile, i - 1)
 
 
 @wp.func
-def velocity_across_at(f: Filaments, rod: int, i: int) -> real:
+def velocity_across_at(f: Filaments, tile: int, i: int) -> Lanes:
     """u2 from Z12 u1 + Z22 u2 = Ωλ + Y2; at a free end together with u1' = Ω u2 + K11 V over the last Δs/2."""
     last = f.geodesic.shape[1] - 1
     if is_clamped(f, i):
-        return real(0.0)
-    Z = resistance_at(f, rod, i)
-    force = f.geodesic[rod, i] * f.tension[rod, i] + f.transverse_force[rod, i]
-    u2 = force / Z[2]
-    z = Z[1] / Z[2]
-    half_angle = real(0.5) * f.spacing[rod] * f.geodesic[rod, i]
-    half_shortening = real(0.5) * f.spacing[rod] * shortening_rate(f, rod, i)
+        return Lanes()
+    Z = resistance_at(f, tile, i)
+    force = f.geodesic[tile, i] * f.tension[tile, i] + f.transverse_force[tile, i]
+    mobility = real(1.0) / Z[2]
+    u2 = force * mobility
+    z = Z[1] * mobility
+    half_angle = real(0.5) * f.spacing[tile] * f.geodesic[tile, i]
+    half_shortening = real(0.5) * f.spacing[tile] * shortening_rate(f, tile, i)
     if i == 0:
-        return (u2 - z * (f.velocity_along[rod, 0] - half_shortening)) / (real(1.0) - z * half_angle)
+        return (u2 - z * (f.velocity_along[tile, 0] - half_shortening)) / (real(1.0) - z * half_angle)
     if i == last:
-        return (u2 - z * (f.velocity_along[rod, last - 1] + half_shortening)) / (real(1.0) + z * half_angle)
-    return u2 - z * half_average(f.velocity_along, rod, i - 1)
+        return (u2 - z * (f.velocity_along[tile, last - 1] + half_shortening)) / (real(1.0) + z * half_angle)
+    return u2 - z * half_average(f.velocity_along, tile, i - 1)
 
 
 @wp.func
-def geodesic_rate_at(f: Filaments, rod: int, i: int) -> real:
+def geodesic_rate_at(f: Filaments, tile: int, i: int) -> Lanes:
     """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27), and ``membrane_geodesic_rate``.
 
     Nodes have constant fractions x of the length L, so growth moves them along the material. A free end keeps Ω = σ3.
     A clamped end has u2 = u2' = 0: u2 is even beyond it.
     """
     last = f.geodesic.shape[1] - 1
-    h = f.spacing[rod]
+    h = f.spacing[tile]
     if i == 0:
-        return real(2 * f.start_clamped) * f.velocity_across[rod, 1] / (h * h)
+        return real(2 * f.start_clamped) * f.velocity_across[tile, 1] / (h * h)
     if i == last:
-        return real(2 * f.end_clamped) * f.velocity_across[rod, last - 1] / (h * h)
-    growth = f.growth_rate[rod] * real(i - f.tracked) / real(last)
-    geodesic = f.geodesic[rod, i]
+        return real(2 * f.end_clamped) * f.velocity_across[tile, last - 1] / (h * h)
+    growth = f.growth_rate[tile] * real(i - f.tracked) / real(last)
+    geodesic = f.geodesic[tile, i]
     return (
-        second_difference(f.velocity_across, rod, i) / (h * h)
-        + (geodesic * geodesic + gaussian(f.curvature[rod, i])) * f.velocity_across[rod, i]
-        + derivative(f.geodesic, rod, i, h) * (velocity_along_at(f, rod, i) + growth)
-        + membrane_geodesic_rate(f, rod, i)
+        second_difference(f.velocity_across, tile, i) / (h * h)
+        + (geodesic * geodesic + gaussian(f.curvature[tile, i])) * f.velocity_across[tile, i]
+        + derivative(f.geodesic, tile, i, h) * (velocity_along_at(f, tile, i) + growth)
+        + membrane_geodesic_rate(f, tile, i)
     )
 
 
 @wp.func
-def angular_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def angular_velocity(f: Filaments, tile: int, i: int) -> Vector:
     """ω in the frame (5.19), (5.20), (5.25), and ``membrane_angular_velocity``."""
-    K = f.curvature[rod, i]
-    u1 = velocity_along_at(f, rod, i)
-    u2 = f.velocity_across[rod, i]
-    omega2 = derivative(f.velocity_across, rod, i, f.spacing[rod]) + f.geodesic[rod, i] * u1
-    in_surface = wp.vec3d(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, omega2)
-    return in_surface + membrane_angular_velocity(f, rod, i)
+    K = f.curvature[tile, i]
+    u1 = velocity_along_at(f, tile, i)
+    u2 = f.velocity_across[tile, i]
+    omega2 = derivative(f.velocity_across, tile, i, f.spacing[tile]) + f.geodesic[tile, i] * u1
+    in_surface = vector(K[1] * u1 + K[2] * u2, -K[0] * u1 - K[1] * u2, omega2)
+    return in_surface + membrane_angular_velocity(f, tile, i)
 
 
 @wp.func
-def node_velocity(f: Filaments, rod: int, i: int) -> wp.vec3d:
+def node_velocity(f: Filaments, tile: int, i: int) -> Vector:
     """u = (u1, u2, V) of a node in its frame."""
-    return wp.vec3d(velocity_along_at(f, rod, i), f.velocity_across[rod, i], f.normal_velocity[rod, i])
+    return vector(velocity_along_at(f, tile, i), f.velocity_across[tile, i], f.normal_velocity[tile, i])
 
 
-@wp.kernel
-def find_moments(f: Filaments):
+@wp.func
+def in_space(f: Filaments, tile: int, i: int, v: Vector) -> Vector:
+    """A vector of the frame of node i in space."""
+    return v[0] * f.tangent[tile, i] + v[1] * f.across[tile, i] + v[2] * f.normal[tile, i]
+
+
+@wp.func
+def find_loads(f: Filaments, tile: int):
+    """The external force in the frames of the nodes."""
+    for i in range(f.geodesic.shape[1]):
+        force = load(f.force, tile, i)
+        along, across = dot(f.tangent[tile, i], force), dot(f.across[tile, i], force)
+        f.load[tile, i] = vector(along, across, dot(f.normal[tile, i], force))
+
+
+@wp.func
+def find_moments(f: Filaments, tile: int):
     """m and K11 m1 + K12 m2 at nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    K = f.curvature[rod, i]
-    m = wp.cw_mul(f.stiffness[rod], strain_of(K, f.geodesic[rod, i]) - f.intrinsic[rod])
-    f.moment[rod, i] = m
-    f.shear_term[rod, i] = K[0] * m[0] + K[1] * m[1]
+    for i in range(f.geodesic.shape[1]):
+        K = f.curvature[tile, i]
+        m = by_component(f.stiffness[tile], strain_of(K, f.geodesic[tile, i]) - f.intrinsic[tile])
+        f.moment[tile, i] = m
+        f.shear_term[tile, i] = K[0] * m[0] + K[1] * m[1]
 
 
-@wp.kernel
-def find_transverse_forces(f: Filaments):
+@wp.func
+def find_transverse_forces(f: Filaments, tile: int):
     """Y2 at nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    f.transverse_force[rod, i] = transverse_force(f, rod, i)
+    for i in range(f.geodesic.shape[1]):
+        f.transverse_force[tile, i] = transverse_force(f, tile, i)
 
 
-@wp.kernel
-def find_velocity_coefficients(f: Filaments):
+@wp.func
+def find_velocity_coefficients(f: Filaments, tile: int):
     """Coefficients of u1 at half nodes, which is linear in λ at the two nodes beside it; M11 and M12 of (5.43)."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    if i == f.geodesic.shape[1] - 1:
-        return
-    Z = half_resistance(f, rod, i)
-    z = Z[1] / Z[2]
-    M11 = real(1.0) / (Z[0] - z * Z[1])
-    h = f.spacing[rod]
-    minus_half_z = real(-0.5) * z
-    f.u1_left[rod, i] = M11 * (minus_half_z * f.geodesic[rod, i] - real(1.0) / h)
-    f.u1_right[rod, i] = M11 * (minus_half_z * f.geodesic[rod, i + 1] + real(1.0) / h)
-    f.u1_constant[rod, i] = M11 * (tangential_force(f, rod, i) - z * half_average(f.transverse_force, rod, i))
+    per_length = real(1.0) / f.spacing[tile]
+    for i in range(f.geodesic.shape[1] - 1):
+        Z = half_resistance(f, tile, i)
+        z = Z[1] / Z[2]
+        M11 = real(1.0) / (Z[0] - z * Z[1])
+        minus_half_z = real(-0.5) * z
+        f.u1_left[tile, i] = M11 * (minus_half_z * f.geodesic[tile, i] - per_length)
+        f.u1_right[tile, i] = M11 * (minus_half_z * f.geodesic[tile, i + 1] + per_length)
+        f.u1_constant[tile, i] = M11 * (tangential_force(f, tile, i) - z * half_average(f.transverse_force, tile, i))
 
 
-@wp.kernel
-def find_velocities_along(f: Filaments):
-    """u1 at half nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    if i < f.geodesic.shape[1] - 1:
-        f.velocity_along[rod, i] = (
-            f.u1_left[rod, i] * f.tension[rod, i] + f.u1_right[rod, i] * f.tension[rod, i + 1] + f.u1_constant[rod, i]
-        )
+@wp.func
+def find_velocities(f: Filaments, tile: int):
+    """u1 at half nodes, then u2 at nodes."""
+    nodes = f.geodesic.shape[1]
+    for i in range(nodes - 1):
+        u1 = f.u1_left[tile, i] * f.tension[tile, i] + f.u1_right[tile, i] * f.tension[tile, i + 1]
+        f.velocity_along[tile, i] = u1 + f.u1_constant[tile, i]
+    for i in range(nodes):
+        f.velocity_across[tile, i] = velocity_across_at(f, tile, i)
 
 
-@wp.kernel
-def find_velocities_across(f: Filaments):
-    """u2 at nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    f.velocity_across[rod, i] = velocity_across_at(f, rod, i)
-
-
-@wp.kernel
-def find_geodesic_rates(f: Filaments):
+@wp.func
+def find_geodesic_rates(f: Filaments, tile: int):
     """∂Ω/∂t at nodes."""
-    rod, i = wp.tid()
-    if f.active[rod] == 0:
-        return
-    f.geodesic_rate[rod, i] = geodesic_rate_at(f, rod, i)
+    for i in range(f.geodesic.shape[1]):
+        f.geodesic_rate[tile, i] = geodesic_rate_at(f, tile, i)

@@ -2,17 +2,41 @@
 
 import warp as wp
 
-from warp_rods.kernels.bound.angles import geodesic_increment, velocity_increment
-from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, push_geodesic, turn_at
-from warp_rods.kernels.bound.rod import angular_velocity, node_velocity
-from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.layout import Quadruples2D, Scalars1D, real
+from warp_rods.kernels.banded import solve_pentadiagonal_rod
+from warp_rods.kernels.bound.angles import (
+    find_turn_to_velocity,
+    geodesic_increment,
+    set_angle_rhs,
+    set_angle_rows,
+    velocity_increment,
+)
+from warp_rods.kernels.bound.contact import contact_error, find_contact_velocity, set_contact_drag
+from warp_rods.kernels.bound.evaluation import evaluate
+from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
+from warp_rods.kernels.bound.rod import angular_velocity, find_loads, node_velocity
+from warp_rods.kernels.bound.state import Filaments, Systems
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    WIDTH,
+    Lanes,
+    add,
+    any_of,
+    div,
+    larger,
+    magnitude,
+    mul,
+    rods_in,
+    sqrt,
+    sub,
+    where,
+)
+from warp_rods.kernels.layout import Scalars1D, real
 from warp_rods.kernels.magnus import RATES, levels_of_rates, rate_at
 from warp_rods.kernels.multistep import (
     INFINITE,
     LEVELS,
     Levels,
     Pace,
+    Weights,
     choose_next,
     is_shortest,
     local_error_scale,
@@ -31,59 +55,75 @@ SHORTEN_INVALID = wp.constant(real(0.25))
 
 
 @wp.func
-def find_new_geodesic(f: Filaments, past: History, plan: Plan, rod: int):
-    """From Ω* to Ω at the end of the step.
+def find_new_geodesic(f: Filaments, past: History, systems: Systems, tile: int):
+    """From Ω* to Ω at the end of the step; returns the largest |Ω|, and Σ Ω.
 
     Ω of a free end stays. To extrapolate it from step to step would amplify round-off as steps grow.
     """
     last = f.geodesic.shape[1] - 1
+    largest, total = Lanes(), Lanes()
     for i in range(last + 1):
-        f.geodesic[rod, i] += geodesic_increment(f, plan.turn, rod, i)
-    if f.start_clamped == 0:
-        f.geodesic[rod, 0] = past.now[rod, 0]
-    if f.end_clamped == 0:
-        f.geodesic[rod, last] = past.now[rod, last]
+        geodesic = f.geodesic[tile, i] + geodesic_increment(f, systems.turn, tile, i)
+        if (i == 0 and f.start_clamped == 0) or (i == last and f.end_clamped == 0):
+            geodesic = past.now[tile, i]
+        f.geodesic[tile, i] = geodesic
+        largest = larger(largest, magnitude(geodesic))
+        total += geodesic
+    return largest, total
 
 
 @wp.func
-def status_of(f: Filaments, plan: Plan, rod: int, u: wp.vec3d, omega: wp.vec3d, dt: real) -> int:
-    """OK if the rod follows its surface, is finite, bends by less than half a turn a cell, and moves by less than L."""
-    largest = real(0.0)
-    total = real(0.0)
-    for i in range(f.geodesic.shape[1]):
-        largest = wp.max(largest, wp.abs(f.geodesic[rod, i]))
-        total += f.geodesic[rod, i]
-    h = f.spacing[rod]
+def status_of(
+    largest: real, total: real, h: real, length: real, dt: real, u: wp.vec3d, omega: wp.vec3d, unfit: int
+) -> int:
+    """OK if the rod follows its surface, is finite, bends by less than half a turn a cell, and moves by less than L.
+
+    largest: |Ω|; total: Σ Ω.
+    """
     distance = dt * (wp.length(u) + h * wp.length(omega))
     if not (wp.isfinite(total) and wp.isfinite(distance)):
-        return NOT_FINITE
+        return wp.max(unfit, NOT_FINITE)  # beside a kink curvatures may be infinite
     if largest * h > HALF_TURN:
         return TOO_BENT
-    if distance > h * real(f.geodesic.shape[1] - 1):
+    if distance > length:
         return TOO_FAST
-    return wp.max(plan.unfit[rod, 0], plan.unfit[rod, 1])
+    return unfit
 
 
 @wp.func
-def distance_to(f: Filaments, past: History, w: Levels, rod: int, turn: real) -> real:
-    """Root mean square of L (Ω − Σ w Ω) over 1 + that of L Ω, or |ψ − Σ w ψ| if larger."""
+def distances_to(f: Filaments, past: History, w: Weights, tile: int) -> Lanes:
+    """Root mean square of L (Ω − Σ w Ω) over 1 + that of L Ω."""
     nodes = f.geodesic.shape[1]
-    squares, distances = real(0.0), real(0.0)
+    squares, distances = Lanes(), Lanes()
     for i in range(nodes):
-        geodesic = f.geodesic[rod, i]
-        d = geodesic - geodesic_at(past, w, rod, i)
+        geodesic = f.geodesic[tile, i]
+        d = geodesic - geodesic_at(past, w, tile, i)
         squares += geodesic * geodesic
         distances += d * d
-    length = f.spacing[rod] * real(nodes - 1)
+    length = f.spacing[tile] * real(nodes - 1)
     count = real(nodes)
-    relative = length * wp.sqrt(distances / count) / (real(1.0) + length * wp.sqrt(squares / count))
-    return wp.max(relative, wp.abs(turn - turn_at(past, w, rod)))
+    return length * sqrt(distances / count) / (real(1.0) + length * sqrt(squares / count))
 
 
 @wp.func
-def error_of_order(f: Filaments, past: History, at: Levels, rod: int, order: int, t: real, turn: real) -> real:
-    """Error of a step of this order in Ω and ψ."""
-    return local_error_scale(at, order, t) * distance_to(f, past, weights_at(at, order + 1, t), rod, turn)
+def errors_of_order(f: Filaments, past: History, pace: Pace, plan: Plan, tile: int, change: int) -> Lanes:
+    """Errors in Ω and ψ of steps of the orders of the rods and ``change``.
+
+    Before a level more than the order is known, the whole first step counts as its error.
+    """
+    w, scale, turned = Weights(), Lanes(), Lanes()
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        order = pace.order[rod] + change
+        at, t, levels = times_of(pace, rod), plan.end[rod], pace.levels[rod]
+        e = weights_at(at, wp.min(order + 1, levels), t)
+        scale[lane] = real(1.0)
+        if levels > order:
+            scale[lane] = local_error_scale(at, order, t)
+        for j in range(LEVELS):
+            w[j, lane] = e[j]
+        turned[lane] = wp.abs(plan.angle[rod] - turn_at(past, e, rod))
+    return scale * larger(distances_to(f, past, w, tile), turned)
 
 
 @wp.func
@@ -92,70 +132,146 @@ def shift_error(
 ) -> real:
     """Error of a step in the position of the tracked node over L, from the velocity that its last values foretold."""
     foretold = rate_at(past.velocity, rod, weights_at(at, levels_of_rates(pace, rod, order), t))
-    length = f.spacing[rod] * real(f.geodesic.shape[1] - 1)
+    length = f.spacing_of_rod[rod] * real(f.geodesic.shape[1] - 1)
     return (t - at[0]) * wp.length(u - foretold) / (length * real(order + 1))
 
 
 @wp.func
-def find_errors(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
+def find_errors(f: Filaments, past: History, pace: Pace, plan: Plan, tile: int):
     """Errors of the step, and of steps of the orders below and above, where they are wanted and known."""
-    at = times_of(pace, rod)
+    same = errors_of_order(f, past, pace, plan, tile, 0)
+    below, above = Lanes(), Lanes()
+    wanted = Lanes()
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        wanted[lane] = real(may_change(pace, plan, rod))
+    if any_of(wanted):
+        below = errors_of_order(f, past, pace, plan, tile, -1)
+        above = errors_of_order(f, past, pace, plan, tile, 1)
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        order = pace.order[rod]
+        shift = shift_error(f, past, pace, times_of(pace, rod), rod, order, plan.end[rod], plan.velocity[rod])
+        plan.error[rod] = wp.max(same[lane], shift)
+        plan.lower[rod] = real(-1.0)
+        plan.higher[rod] = real(-1.0)
+        if may_change(pace, plan, rod) == 1:
+            if order > 1:
+                plan.lower[rod] = below[lane]
+            if order < pace.highest_order[rod] and pace.levels[rod] > order + 1:
+                plan.higher[rod] = wp.max(above[lane], shift)
+
+
+@wp.func
+def may_change(pace: Pace, plan: Plan, rod: int) -> int:
+    """1 if the order of the next step may change."""
     order = pace.order[rod]
-    levels = pace.levels[rod]
-    t = plan.end[rod]
-    turn = plan.angle[rod]
-    shift = shift_error(f, past, pace, at, rod, order, t, plan.velocity[rod])
-    plan.lower[rod] = real(-1.0)
-    plan.higher[rod] = real(-1.0)
-    if levels <= order:  # before a second level is known, the whole first step counts as its error
-        plan.error[rod] = wp.max(distance_to(f, past, weights_at(at, levels, t), rod, turn), shift)
-        return
-    plan.error[rod] = wp.max(error_of_order(f, past, at, rod, order, t, turn), shift)
-    if pace.waited[rod] < order:
-        return
-    if order > 1:
-        plan.lower[rod] = error_of_order(f, past, at, rod, order - 1, t, turn)
-    if order < pace.highest_order[rod] and levels > order + 1:
-        plan.higher[rod] = wp.max(error_of_order(f, past, at, rod, order + 1, t, turn), shift)
+    return wp.where(plan.together[rod] == 0 and pace.levels[rod] > order and pace.waited[rod] >= order, 1, 0)
 
 
-@wp.kernel
-def judge(f: Filaments, past: History, pace: Pace, plan: Plan, weights: Quadruples2D):
-    """The result of the step from the turn δα, whether it is valid, and its error; ``dim = rods``."""
-    rod = wp.tid()
-    if f.active[rod] == 0:
-        plan.error[rod] = real(-1.0)
-        return
-    find_new_geodesic(f, past, plan, rod)
-    plan.angle[rod] = turn_at(past, plan.value[rod], rod)
-    u = node_velocity(f, rod, f.tracked)
-    omega = angular_velocity(f, rod, f.tracked)
+@wp.func
+def find_angle(f: Filaments, past: History, plan: Plan, systems: Systems, tile: int):
+    """δα at half nodes, by which the rod turns beyond the extrapolated state."""
+    slope = plan.slope[tile]
+    rate = plan.rate[tile]
+    find_turn_to_velocity(f, tile, systems.weights)
+    set_angle_rows(f, tile, rate, systems)
+    for i in range(f.geodesic.shape[1]):
+        systems.rhs[tile, i] = geodesic_at(past, slope, tile, i)
+    set_angle_rhs(f, tile, systems.rhs, plan.turn_slope[tile], rate, systems.turn)
+    solve_pentadiagonal_rod(
+        tile,
+        systems.lower2,
+        systems.lower,
+        systems.diagonal,
+        systems.upper,
+        systems.upper2,
+        systems.turn,
+        systems.work_pairs,
+        systems.turn,
+    )
+
+
+@wp.func
+def find_tracked_rates(f: Filaments, past: History, plan: Plan, systems: Systems, tile: int):
+    """Velocity, angular velocity and angle of the tracked node at the end of the step."""
+    node = f.tracked
+    u, omega = node_velocity(f, tile, node), angular_velocity(f, tile, node)
+    increment = Lanes()
+    u2, omega0, omega1, omega2 = u[1], omega[0], omega[1], omega[2]
     if f.start_clamped + f.end_clamped == 0:
-        node = f.tracked
-        increment = real(0.5) * (plan.turn[rod, node - 1] + plan.turn[rod, node])
-        plan.angle[rod] = plan.angle[rod] + increment
-        du2 = velocity_increment(plan.turn, weights, rod, node)
-        K = f.curvature[rod, node]
-        u += wp.vec3d(real(0.0), du2, real(0.0))
-        spin = plan.rate[rod] * increment + plan.turn_slope[rod]
-        omega = wp.vec3d(omega[0] + K[2] * du2, omega[1] - K[1] * du2, spin)
-    plan.velocity[rod] = u
-    plan.angular_velocity[rod] = omega
-    plan.status[rod] = status_of(f, plan, rod, u, omega, plan.end[rod] - pace.at[rod, 0])
-    find_errors(f, past, pace, plan, rod)
-    if plan.status[rod] != OK:
-        plan.error[rod] = INFINITE
+        increment = real(0.5) * (systems.turn[tile, node - 1] + systems.turn[tile, node])
+        du2 = velocity_increment(systems.turn, systems.weights, tile, node)
+        K = f.curvature[tile, node]
+        u2 += du2
+        omega0 += K[2] * du2
+        omega1 -= K[1] * du2
+        omega2 = plan.rate[tile] * increment + plan.turn_slope[tile]
+    value = plan.value[tile]
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        plan.velocity[rod] = wp.vec3d(u[0, lane], u2[lane], u[2, lane])
+        plan.angular_velocity[rod] = wp.vec3d(omega0[lane], omega1[lane], omega2[lane])
+        angle = increment[lane]
+        for j in range(LEVELS):
+            angle += value[j, lane] * past.turn[rod, j]
+        plan.angle[rod] = angle
+
+
+@wp.func
+def judge(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Systems, tile: int):
+    """The result of the step from the turn δα, whether it is valid, and its error."""
+    largest, total = find_new_geodesic(f, past, systems, tile)
+    h = f.spacing[tile]
+    find_errors(f, past, pace, plan, tile)
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        length = h[lane] * real(f.geodesic.shape[1] - 1)
+        dt = plan.end[rod] - pace.at[rod, 0]
+        u, omega = plan.velocity[rod], plan.angular_velocity[rod]
+        plan.status[rod] = status_of(largest[lane], total[lane], h[lane], length, dt, u, omega, int(plan.unfit[rod]))
+
+
+@wp.func
+def step_lengths(pace: Pace, plan: Plan, tile: int) -> Lanes:
+    """Δt of the steps."""
+    dt = Lanes(real(1.0))
+    for lane in range(rods_in(tile, plan.end.shape[0])):
+        dt[lane] = plan.end[tile * WIDTH + lane] - pace.at[tile * WIDTH + lane, 0]
+    return dt
 
 
 @wp.kernel
-def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target: Scalars1D):
-    """Let a rod repeat a step whose error is above ``target[1]`` with a shorter one; ``dim = rods``.
+def try_step(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Systems):
+    """From the extrapolated state to the result of the step, its status and its error; ``dim = tiles``."""
+    tile = wp.tid()
+    find_loads(f, tile)
+    if f.in_contact == 1:
+        set_contact_drag(f, past, plan, tile)
+    evaluate(f, tile, systems)
+    find_angle(f, past, plan, systems, tile)
+    find_tracked_rates(f, past, plan, systems, tile)
+    errors = Lanes(real(-1.0))
+    if f.in_contact == 1:
+        dt = step_lengths(pace, plan, tile)
+        errors = contact_error(f, past, systems, tile, dt)
+        find_contact_velocity(f, past, plan, systems, tile, dt)
+    judge(f, past, pace, plan, systems, tile)
+    for lane in range(rods_in(tile, f.status.shape[0])):
+        rod = tile * WIDTH + lane
+        plan.error[rod] = wp.max(plan.error[rod], errors[lane])
+        if plan.status[rod] != OK:
+            plan.error[rod] = INFINITE
+        if f.active[rod] == 0:
+            plan.error[rod] = real(-1.0)
+
+
+@wp.func
+def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target: Scalars1D, rod: int):
+    """Let a rod repeat a step whose error is above ``target[1]`` with a shorter one.
 
     A rod is frozen where the shortest step is not valid either.
     """
-    rod = wp.tid()
-    if f.active[rod] == 0:
-        return
     error = plan.error[rod] / target[1]
     if error <= real(1.0):
         return
@@ -171,11 +287,9 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
 
 
 @wp.func
-def accept(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
-    """Make the result of the step the newest level."""
+def accept(past: History, pace: Pace, plan: Plan, rod: int):
+    """Make the result of the step the newest level, but for Ω."""
     push_time(pace, rod, plan.end[rod], plan.error[rod] * real(plan.together[rod]))
-    for i in range(f.geodesic.shape[1]):
-        push_geodesic(past, rod, i, f.geodesic[rod, i])
     for k in range(LEVELS - 1):
         j = LEVELS - 1 - k
         past.turn[rod, j] = past.turn[rod, j - 1]
@@ -189,20 +303,30 @@ def accept(f: Filaments, past: History, pace: Pace, plan: Plan, rod: int):
 
 
 @wp.func
-def take_back(f: Filaments, past: History, pace: Pace, rod: int):
+def take_back(past: History, pace: Pace, rod: int):
     """Return to the state before the step, of a rod that is frozen then."""
     for j in range(LEVELS - 1):
         pace.at[rod, j] = pace.at[rod, j + 1]
         past.turn[rod, j] = past.turn[rod, j + 1]
     pace.levels[rod] = pace.levels[rod] - 1
-    for i in range(f.geodesic.shape[1]):
-        past.now[rod, i] = past.first[rod, i]
-        past.first[rod, i] = past.second[rod, i]
-        past.second[rod, i] = past.third[rod, i]
-        past.third[rod, i] = past.fourth[rod, i]
     for j in range(RATES - 1):
         past.angular_velocity[rod, j] = past.angular_velocity[rod, j + 1]
         past.velocity[rod, j] = past.velocity[rod, j + 1]
+
+
+@wp.func
+def keep_fields(f: Filaments, past: History, tile: int, taken: Lanes):
+    """Make Ω of the step, and its velocity of contact, the newest ones of the rods that have taken it."""
+    for i in range(f.geodesic.shape[1]):
+        past.fourth[tile, i] = where(taken, past.third[tile, i], past.fourth[tile, i])
+        past.third[tile, i] = where(taken, past.second[tile, i], past.third[tile, i])
+        past.second[tile, i] = where(taken, past.first[tile, i], past.second[tile, i])
+        past.first[tile, i] = where(taken, past.now[tile, i], past.first[tile, i])
+        past.now[tile, i] = where(taken, f.geodesic[tile, i], past.now[tile, i])
+    if f.in_contact == 1:
+        for i in range(f.geodesic.shape[1]):
+            tried = past.contact_velocity_tried[tile, i]
+            past.contact_velocity[tile, i] = where(taken, tried, past.contact_velocity[tile, i])
 
 
 @wp.func
@@ -213,10 +337,9 @@ def factor_of(error: real, allowed: real, order: int) -> real:
     return step_factor(error / allowed, order)
 
 
-@wp.kernel
-def choose_next_steps(f: Filaments, pace: Pace, plan: Plan, target: Scalars1D):
-    """Step and order of the next steps of rods that have taken one of their own; ``dim = rods``."""
-    rod = wp.tid()
+@wp.func
+def choose_next_step(f: Filaments, pace: Pace, plan: Plan, target: Scalars1D, rod: int):
+    """Step and order of the next step of a rod that may have taken one of its own."""
     order = pace.order[rod]
     if f.active[rod] == 1 and f.status[rod] == OK and pace.waited[rod] > order:
         lower = factor_of(plan.lower[rod], target[1], order - 1)

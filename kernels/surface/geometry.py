@@ -5,9 +5,11 @@ A surface is one Warp function ``field(x, p) -> (φ, ∇φ, ∇∇φ)`` of a poi
 
 import functools
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
+from warp_rods.kernels.lanes import mul, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -76,8 +78,8 @@ def curvature(gradient: wp.vec3d, hessian: wp.mat33d, q: wp.vec3d) -> wp.vec3d:
 
 
 @wp.func
-def gaussian(K: wp.vec3d) -> real:
-    """Gaussian curvature 𝒦 = K11 K22 − K12²."""
+def gaussian(K: Any):
+    """Gaussian curvature 𝒦 = K11 K22 − K12², of one point or of a tile."""
     return K[0] * K[2] - K[1] * K[1]
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import fsolve
 
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
+from warp_rods.rods.tiles import Tiled, is_tiled
 
 LENGTH = np.array([1.2, 0.9])
 STIFFNESS = np.array([[1.0, 1.3, 0.7], [0.6, 0.9, 1.1]])
@@ -69,13 +70,14 @@ def twin_rod(kind, rod, nodes):
 
 
 def read(rods, name):
-    """A copy of a device array of the ensemble [rod, ...]."""
-    return getattr(rods._f, name).numpy().copy()
+    """A copy of a device array of the ensemble [rod, ...]; workspace holds a single tile."""
+    array = getattr(rods._f, name)
+    return Tiled(array, rods.count).numpy() if is_tiled(array) else array.numpy().copy()
 
 
 def twin_state(rods, rod):
     """The present state of one rod for the NumPy version."""
-    return State(*(read(rods, name)[rod] for name in ("geodesic", "rotation", "position")))
+    return State(read(rods, "geodesic")[rod], rods.rotation[rod], read(rods, "position")[rod])
 
 
 # --- smooth curves -----------------------------------------------------------------------------------------------

@@ -22,6 +22,10 @@ from reference import bound as twin
 from reference.bound_step import angle_operators, rebuild, start, state_of, step
 
 from warp_rods.kernels.bound.angles import find_turn_to_velocity, set_angle_rows
+from warp_rods.kernels.bound.state import Filaments, Systems
+from warp_rods.kernels.lanes import Lanes
+from warp_rods.kernels.layout import real
+from warp_rods.rods.tiles import Tiled
 
 NODES = 33
 KINDS = ("torus", "cassini")
@@ -99,15 +103,21 @@ def test_load_agrees_with_twin(evaluated):
         close(ours[b], twin.membrane_load(rod, state, motion, force[b]), SOLVED)
 
 
+@wp.kernel
+def angle_rows(f: Filaments, systems: Systems, rate: real):
+    """Rows of a − J of a tile."""
+    tile = wp.tid()
+    find_turn_to_velocity(f, tile, systems.weights)
+    set_angle_rows(f, tile, Lanes(rate), systems)
+
+
 def test_implicit_matrix_agrees_with_twin(evaluated, device):
     """a − J of the angle at half nodes, for a = 1500."""
     rods, twins = evaluated
-    a, arrays = 1500.0, rods._arrays
-    rate = wp.full(rods.count, a, dtype=wp.float64, device=device)
-    grid = (rods.count, NODES)
-    wp.launch(find_turn_to_velocity, grid, inputs=[rods._f, arrays.weights], device=device)
-    wp.launch(set_angle_rows, grid, inputs=[rods._f, rate, arrays.weights, *arrays.bands], device=device)
-    bands = [band.numpy() for band in arrays.bands]
+    a, systems = 1500.0, rods._arrays.systems
+    wp.launch(angle_rows, rods._arrays.tiles, inputs=[rods._f, systems, a], device=device)
+    names = ("lower2", "lower", "diagonal", "upper", "upper2")
+    bands = [Tiled(getattr(systems, name), rods.count).numpy() for name in names]
     for b, (rod, _state, motion) in enumerate(twins):
         _to_nodes, to_velocity = angle_operators(rod, motion.curvature)
         matrix = a * np.eye(NODES - 1) - np.diff(to_velocity, axis=0) / rod.spacing

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from examples.bound import read
 
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError
@@ -66,10 +67,9 @@ def test_the_normal_velocity_of_a_moving_membrane_is_exact(kind, verified):
     parts = [velocity, *(sp.diff(velocity, a) for a in x)]
     places = [now | dict(zip(x, point, strict=True)) for point in rods.position[0]]
     exact = np.array([[part.subs(place).evalf() for place in places] for part in parts], dtype=float)
-    f = rods._arrays.f
     verified(
-        "independent", f"moving {kind}: normal velocity", measured=f.normal_velocity.numpy()[0], expected=exact[0],
+        "independent", f"moving {kind}: normal velocity", measured=read(rods, "normal_velocity")[0], expected=exact[0],
         relative=1e-11, reference="−∂tφ/|∇φ| by SymPy",
     )  # fmt: skip
     across = rods.rotation[0, :, :, 1]
-    np.testing.assert_allclose(f.normal_velocity_slope.numpy()[0], np.sum(across.T * exact[1:], axis=0), atol=1e-10)
+    np.testing.assert_allclose(read(rods, "normal_velocity_slope")[0], np.sum(across.T * exact[1:], axis=0), atol=1e-10)

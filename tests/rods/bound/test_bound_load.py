@@ -221,7 +221,7 @@ def test_after_steps_the_balance_is_of_second_order(device, verified):
             rods.force = [0.3, -0.2, 0.5]
             rods.step(2e-4, 1000)
             values, R = rods.variables(), rods.rotation[0]
-            u1, u2 = rods._f.velocity_along.numpy()[0], rods._f.velocity_across.numpy()[0]
+            u1, u2 = read(rods, "velocity_along")[0], read(rods, "velocity_across")[0]
             u1 = np.concatenate([[1.5 * u1[0] - 0.5 * u1[1]], (u1[1:-1] + u1[:-2]) / 2, [1.5 * u1[-2] - 0.5 * u1[-3]]])
             drag = u1[:, None] * R[:, :, 0] + 2.0 * u2[:, None] * R[:, :, 1]
             expected = twin.total(np.array([0.3, -0.2, 0.5]) - drag, values["length"][0] / (nodes - 1))

@@ -9,24 +9,37 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels.bound.evaluation import Output
 from warp_rods.kernels.bound.growth import Growth
 from warp_rods.kernels.bound.levels import History, Plan
-from warp_rods.kernels.bound.state import Filaments
-from warp_rods.kernels.layout import constant_zero, per_node, per_rod
+from warp_rods.kernels.bound.state import Filaments, Systems
+from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
+from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
-from warp_rods.kernels.multistep import LEVELS, Levels, Pace
+from warp_rods.kernels.multistep import LEVELS, Pace, Weights
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_struct
+from warp_rods.rods.tiles import tiled, tiles_of
 
 GEODESIC = ("now", "first", "second", "third", "fourth")
 """Ω of the levels, newest first."""
-VECTORS = ("curvature", "position", "force", "moment")
-SCALARS = (
-    *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
-    *("tension", "velocity_along", "velocity_across", "geodesic_rate"),
-)
+SHAPE = {"geodesic": Lanes, "curvature": Vector, "tangent": Vector, "across": Vector, "normal": Vector}
+"""Fields that one kernel hands to the next, and their types; the others are workspace."""
+WORKSPACE = {
+    **{"load": Vector, "moment": Vector, "shear_term": Lanes, "transverse_force": Lanes},
+    **{"u1_left": Lanes, "u1_right": Lanes, "u1_constant": Lanes, "tension": Lanes},
+    **{"velocity_along": Lanes, "velocity_across": Lanes, "geodesic_rate": Lanes},
+}
+SYSTEMS = {
+    **{name: Lanes for name in ("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "work", "turn")},
+    **{"work_pairs": Pair, "weights": Block},
+}
 ENDS = 2
-PER_ROD = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
+OUTPUT_OF_RODS = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
+OUTPUT_OF_NODES = {
+    **{"energy_density": Lanes, "load": Vector, "load_moment": Lanes, "stretch_force": Lanes},
+    **{"normal_shear": Lanes, "tension": Lanes, "geodesic_rate": Lanes},
+}
 
 
 @dataclass
@@ -38,14 +51,19 @@ class Arrays:
     pace: Any  # Pace: times of the levels, and the next step
     plan: Any  # Plan: the present step
     growth: Any  # Growth
-    bands: list[wp.array]  # lower2, lower, diagonal, upper, upper2; the tridiagonal system uses the first three
-    rhs: wp.array
-    work: wp.array
-    work_pairs: wp.array
-    weights: wp.array  # from turns to velocities
-    normal_shear: wp.array
-    output: dict[str, wp.array]
-    contact_stiffness: wp.array | None = None  # K [rod, node], where there is contact
+    systems: Any  # Systems
+    output: Any  # Output
+    residuals: wp.array
+
+    @property
+    def rods(self) -> int:
+        """The number of rods."""
+        return self.f.status.shape[0]
+
+    @property
+    def tiles(self) -> int:
+        """The number of tiles."""
+        return self.f.geodesic.shape[0]
 
 
 def allocate(
@@ -64,32 +82,18 @@ def allocate(
     other arrays are zero.
     """
     count = len(parameters["length"])
-    shape = (count, nodes)
     growth = Growth()
     growth.time, growth.length = (wp.array(k, dtype=wp.float64, device=device) for k in knots)
+    f = _filaments(parameters, nodes, clamped, tracked, membrane_moves, device)
     return Arrays(
-        f=_filaments(parameters, nodes, clamped, tracked, membrane_moves, device),
-        past=_history(*shape, device),
+        f=f,
+        past=_history(count, nodes, device),
         pace=allocate_pace(count, device),
-        plan=_plan(*shape, device),
+        plan=_plan(count, device),
         growth=growth,
-        bands=[per_node(*shape, wp.float64, device) for _ in range(5)],
-        rhs=per_node(*shape, wp.float64, device),
-        work=per_node(*shape, wp.float64, device),
-        work_pairs=per_node(*shape, wp.vec2d, device),
-        weights=per_node(*shape, wp.vec4d, device),
-        normal_shear=per_node(*shape, wp.float64, device),
-        output={
-            **{name: per_rod(count, wp.float64, device) for name in PER_ROD},
-            "residuals": per_rod(count, wp.vec3d, device),
-            "energy_density": per_node(*shape, wp.float64, device),
-            "load": per_node(*shape, wp.vec3d, device),
-            "load_moment": per_node(*shape, wp.float64, device),
-            "stretch_force": per_node(*shape, wp.float64, device),
-            "end_load": per_node(count, ENDS, wp.vec3d, device),
-            "end_moment": per_node(count, ENDS, wp.vec3d, device),
-            "orientation": per_node(*shape, wp.quatd, device),
-        },
+        systems=_systems(f),
+        output=_output(count, nodes, device),
+        residuals=per_rod(count, wp.vec3d, device),
     )
 
 
@@ -102,32 +106,50 @@ def _filaments(
     device: Any,
 ) -> Any:
     count = len(parameters["length"])
-    shape = (count, nodes)
+    tiles = tiles_of(count)
     f = Filaments()
-    f.spacing = wp.array(parameters["length"] / (nodes - 1), dtype=wp.float64, device=device)
+    spacing = parameters["length"] / (nodes - 1)
+    f.spacing = tiled(spacing, Lanes, device)
+    f.spacing_of_rod = wp.array(spacing, dtype=wp.float64, device=device)
     for name in ("stiffness", "intrinsic", "drag"):
-        setattr(f, name, wp.array(parameters[name], dtype=wp.vec3d, device=device))
+        setattr(f, name, tiled(parameters[name], Vector, device))
     f.start_clamped, f.end_clamped = map(int, clamped)
     f.tracked = tracked
-    f.growth_rate = per_rod(count, wp.float64, device)
+    f.growth_rate = per_rod(tiles, Lanes, device)
     f.status = per_rod(count, wp.int32, device)
     f.active = wp.full(count, 1, dtype=wp.int32, device=device)
-    f.rotation = per_node(*shape, wp.mat33d, device)
-    for name in VECTORS:
-        setattr(f, name, per_node(*shape, wp.vec3d, device))
-    for name in SCALARS:
-        setattr(f, name, per_node(*shape, wp.float64, device))
-    f.contact_drag = constant_zero(*shape, wp.vec3d, device)
+    f.position, f.force = (per_node(count, nodes, wp.vec3d, device) for _ in range(2))
+    f.contact_stiffness = constant_zero(count, nodes, wp.mat33d, device)
+    for name, kind in SHAPE.items():
+        setattr(f, name, per_node(tiles, nodes, kind, device))
+    f.contact_drag = constant_zero(tiles, nodes, Vector, device)
     f.membrane_moves = int(membrane_moves)
     for name in ("normal_velocity", "normal_velocity_slope"):
-        setattr(f, name, (per_node if membrane_moves else constant_zero)(*shape, wp.float64, device))
+        setattr(f, name, (per_node if membrane_moves else constant_zero)(tiles, nodes, Lanes, device))
+    _give_workspace(f)
     return f
+
+
+def _give_workspace(f: Any) -> None:
+    """Fields that are needed within one kernel only; threads must not share them."""
+    shape, device = f.geodesic.shape, f.geodesic.device
+    for name, kind in WORKSPACE.items():
+        setattr(f, name, workspace(*shape, kind, device))
+    if f.in_contact:
+        f.contact_drag = workspace(*shape, Vector, device)
+
+
+def _systems(f: Any) -> Any:
+    systems = Systems()
+    for name, kind in SYSTEMS.items():
+        setattr(systems, name, workspace(*f.geodesic.shape, kind, f.geodesic.device))
+    return systems
 
 
 def _history(rods: int, nodes: int, device: Any) -> Any:
     past = History()
     for name in GEODESIC:
-        setattr(past, name, per_node(rods, nodes, wp.float64, device))
+        setattr(past, name, per_node(tiles_of(rods), nodes, Lanes, device))
     past.turn = wp.zeros((rods, LEVELS), dtype=wp.float64, device=device)
     for name in ("rotation", "rotation_before"):
         setattr(past, name, per_rod(rods, wp.mat33d, device))
@@ -136,53 +158,63 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
-    past.contact_velocity = constant_zero(rods, nodes, wp.vec2d, device)
+    for name in ("contact_velocity", "contact_velocity_tried"):
+        setattr(past, name, constant_zero(tiles_of(rods), nodes, Pair, device))
     return past
 
 
 def allocate_contact(arrays: Arrays) -> None:
     """Arrays by which a step treats contact as drag."""
     f, past = arrays.f, arrays.past
-    rods, nodes = f.geodesic.shape
-    arrays.contact_stiffness = per_node(rods, nodes, wp.mat33d, f.geodesic.device)
-    f.contact_drag = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
-    past.contact_velocity = per_node(rods, nodes, wp.vec2d, f.geodesic.device)
+    (tiles, nodes), device = f.geodesic.shape, f.geodesic.device
+    f.in_contact = 1
+    f.contact_stiffness = per_node(arrays.rods, nodes, wp.mat33d, device)
+    f.contact_drag = workspace(tiles, nodes, Vector, device)
+    for name in ("contact_velocity", "contact_velocity_tried"):
+        setattr(past, name, per_node(tiles, nodes, Pair, device))
 
 
-def _plan(rods: int, nodes: int, device: Any) -> Any:
-    plan = Plan()
-    for name in ("end", "rate", "turn_slope"):
-        setattr(plan, name, per_rod(rods, wp.float64, device))
+def _plan(rods: int, device: Any) -> Any:
+    plan, tiles = Plan(), tiles_of(rods)
     for name in ("value", "slope"):
-        setattr(plan, name, per_rod(rods, Levels, device))
-    for name in ("geodesic_slope", "turn"):
-        setattr(plan, name, per_node(rods, nodes, wp.float64, device))
-    plan.unfit = wp.zeros((rods, 2), dtype=wp.int32, device=device)
+        setattr(plan, name, per_rod(tiles, Weights, device))
+    for name in ("rate", "turn_slope"):
+        setattr(plan, name, per_rod(tiles, Lanes, device))
+    for name in ("tangent", "place"):
+        setattr(plan, name, per_rod(tiles, Vector, device))
     plan.status, plan.together = (per_rod(rods, wp.int32, device) for _ in range(2))
-    for name in ("angle", "error", "lower", "higher"):
+    for name in ("end", "angle", "error", "lower", "higher", "unfit"):
         setattr(plan, name, per_rod(rods, wp.float64, device))
     for name in ("velocity", "angular_velocity"):
         setattr(plan, name, per_rod(rods, wp.vec3d, device))
     return plan
 
 
+def _output(rods: int, nodes: int, device: Any) -> Any:
+    output = Output()
+    for name in OUTPUT_OF_RODS:
+        setattr(output, name, per_rod(rods, wp.float64, device))
+    for name, kind in OUTPUT_OF_NODES.items():
+        setattr(output, name, per_node(tiles_of(rods), nodes, kind, device))
+    output.end_load, output.end_moment = (per_node(rods, ENDS, wp.vec3d, device) for _ in range(2))
+    output.orientation = per_node(rods, nodes, wp.quatd, device)
+    return output
+
+
 def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
-    """The arrays of some of the rods, as views."""
+    """The arrays of some of the rods, as views, with workspace of their own."""
     a = arrays
+    f = slice_struct(Filaments, a.f, rods)
+    _give_workspace(f)
     return Arrays(
-        f=slice_struct(Filaments, a.f, rods),
+        f=f,
         past=slice_struct(History, a.past, rods),
         pace=slice_struct(Pace, a.pace, rods),
         plan=slice_struct(Plan, a.plan, rods),
         growth=slice_struct(Growth, a.growth, rods),
-        bands=[band[rods] for band in a.bands],
-        rhs=a.rhs[rods],
-        work=a.work[rods],
-        work_pairs=a.work_pairs[rods],
-        weights=a.weights[rods],
-        normal_shear=a.normal_shear[rods],
-        output={name: array[rods] for name, array in a.output.items()},
-        contact_stiffness=None if a.contact_stiffness is None else a.contact_stiffness[rods],
+        systems=_systems(f),
+        output=slice_struct(Output, a.output, rods),
+        residuals=a.residuals[rods],
     )
 
 

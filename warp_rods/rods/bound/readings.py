@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
@@ -12,11 +13,12 @@ from warp_rods.rods.bound.arrays import Arrays
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.readings import Reading, Readings
+from warp_rods.rods.tiles import Tiled, is_tiled
 
 COMPUTED = (
     *("orientation", "energy_density", "energy", "dissipation", "gauss"),
     *("growth_power", "membrane_power", "load", "load_moment"),
-    *("end_load", "end_moment", "stretch_force"),
+    *("end_load", "end_moment", "stretch_force", "tension", "geodesic_rate"),
 )
 """Variables that are output of the kernels; the others are part of the state or follow from it on the host."""
 
@@ -37,48 +39,54 @@ class BoundReadings(Readings):
             self._launches.show(self._shown)
 
     def evaluate(self) -> None:
-        """Compute tension, velocities and rates for the present shape, force and membrane."""
+        """Compute tension, velocities and rates for the present shape, force and membrane, and what follows."""
         self.show()
-        self._launches.evaluate()
+        self._launches.find_output()
 
     @property
     def stride(self) -> int:
         """A refined ensemble is saved at the nodes it started with."""
         return (self.nodes - 1) // (self._saved_nodes - 1)
 
-    def _find_output(self) -> None:
-        self.evaluate()
-        self._launches.find_output()
-
     def readings(self) -> dict[str, Reading]:
         """How each variable is read, by its name."""
         f, output = self._arrays.f, self._arrays.output
-        state = {"position": f.position, "rotation": f.rotation, "curvature": f.curvature, "status": f.status}
-        computed = {name: output[name] for name in COMPUTED}
-        computed |= {"tension": f.tension, "geodesic_rate": f.geodesic_rate}
+        state = {"position": f.position, "curvature": self._tiled(f.curvature), "status": f.status}
         found = {name: Reading(self.show, partial(to_host, array)) for name, array in state.items()}
-        found |= {name: Reading(self._find_output, partial(to_host, array)) for name, array in computed.items()}
+        found["rotation"] = Reading(self.show, self._rotation)
+        for name in COMPUTED:
+            array = getattr(output, name)
+            found[name] = Reading(self.evaluate, partial(to_host, self._tiled(array) if is_tiled(array) else array))
         found["strain"] = Reading(self.show, self._strain)
-        found["length"] = Reading(self.show, lambda: to_host(f.spacing) * (self.nodes - 1))
-        found["power"] = Reading(self._find_output, self._power)
+        found["length"] = Reading(self.show, lambda: to_host(f.spacing_of_rod) * (self.nodes - 1))
+        found["power"] = Reading(self.evaluate, self._power)
         for column, name in enumerate(("constraint", "orthogonality", "arc_length")):
-            found[name] = Reading(self._find_output, partial(self._residual, column))
+            found[name] = Reading(self.evaluate, partial(self._residual, column))
         return found
 
     def _residual(self, column: int) -> np.ndarray:
         """The largest |φ|/|∇φ|, |q·n| or relative error of the length of a segment [rod]."""
-        return to_host(self._arrays.output["residuals"])[:, column]
+        return to_host(self._arrays.residuals)[:, column]
 
     def _strain(self) -> np.ndarray:
         """Twist, normal and geodesic bending (K12, −K11, Ω) (5.17), (5.18)."""
         f = self._arrays.f
-        K = to_host(f.curvature)
-        return np.stack([K[..., 1], -K[..., 0], to_host(f.geodesic)], axis=-1)
+        K = self._tiled(f.curvature).numpy()
+        return np.stack([K[..., 1], -K[..., 0], self._tiled(f.geodesic).numpy()], axis=-1)
+
+    def _tiled(self, array: wp.array) -> Tiled:
+        """An array [tile, node] as one of rods."""
+        return Tiled(array, self._arrays.rods)
+
+    def _rotation(self) -> np.ndarray:
+        """Directors as columns (q, n×q, n) [rod, node, 3, 3]."""
+        f = self._arrays.f
+        return np.stack([self._tiled(column).numpy() for column in (f.tangent, f.across, f.normal)], axis=-1)
 
     def _power(self) -> np.ndarray:
         """Power of growth, of a moving membrane and of the external force."""
         output = self._arrays.output
-        return to_host(output["growth_power"]) + to_host(output["membrane_power"]) + to_host(output["force_power"])
+        return to_host(output.growth_power) + to_host(output.membrane_power) + to_host(output.force_power)
 
     @property
     def rotation(self) -> np.ndarray:

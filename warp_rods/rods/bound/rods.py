@@ -21,7 +21,7 @@ from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace
-from warp_rods.rods.tiles import Tiled
+from warp_rods.rods.tiles import Tiled, is_tiled
 from warp_rods.rods.variables import FILAMENT_VARIABLES
 
 HISTORY = (
@@ -121,24 +121,26 @@ class BoundRods(BoundReadings, Ensemble):
 
     def _place(self, position: np.ndarray, direction: np.ndarray, geodesic: np.ndarray, node: int) -> None:
         """Set the frame of one node to the given position and direction, and the others from it outwards."""
-        shape, f = (self.count, self.nodes), self._f
+        f = self._f
         free = [end for end, clamped in zip((0, -1), self.clamped, strict=True) if not clamped]
         geodesic[:, free] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
-        r, R = np.zeros((*shape, 3)), np.zeros((*shape, 3, 3))
+        r = np.zeros((self.count, self.nodes, 3))
         r[:, node] = position
-        R[:, node, :, 0] = direction
-        f.geodesic.assign(geodesic)
         f.position.assign(r)
-        f.rotation.assign(R)
-        self._past.now.assign(geodesic)
-        f.growth_rate.assign(growth_tables.rate_at(self.growth, 0.0))
-        self._launches.place(node)
-        f.status.assign(self._arrays.plan.unfit.numpy().max(axis=1))
-        for name in ("rotation", "position"):
-            getattr(self._past, name).assign(getattr(f, name).numpy()[:, self.tracked])
+        for field in (f.geodesic, self._past.now):
+            self._tiled(field).assign(geodesic)
+        self._tiled(f.growth_rate).assign(growth_tables.rate_at(self.growth, 0.0))
+        self._launches.place(node, direction)
+        f.status.assign(self._arrays.plan.unfit.numpy().astype(np.int32))
+        self._keep_tracked_frame()
         pace = self._arrays.pace
         pace.step.assign(FIRST_STEP * self._bending_times)
         pace.highest_order.fill_(HIGHEST_ORDER)
+
+    def _keep_tracked_frame(self) -> None:
+        """Take the frame of the tracked node that is shown as that of the newest level."""
+        self._past.rotation.assign(self._rotation()[:, self.tracked])
+        self._past.position.assign(self._f.position.numpy()[:, self.tracked])
 
     # --- steps ------------------------------------------------------------------------------------------------------
 
@@ -197,10 +199,9 @@ class BoundRods(BoundReadings, Ensemble):
         with exclusive:
             self.show()
             wp.copy(self._past.now, self._f.geodesic)
-            for name in ("rotation", "position"):
-                getattr(self._past, name).assign(getattr(self._f, name).numpy()[:, self.tracked])
+            self._keep_tracked_frame()
             restart_pace(self._arrays.pace, self.time)
-            if self._arrays.contact_stiffness is not None:
+            if self._f.in_contact:
                 self._past.contact_velocity.zero_()
 
     @property
@@ -258,16 +259,15 @@ class BoundRods(BoundReadings, Ensemble):
     @property
     def contact_stiffness_array(self) -> wp.array:
         """Stiffness of contact per length [rod, node] (3, 3), in space, on the device; allocated by the first call."""
-        if self._arrays.contact_stiffness is None:
+        if not self._f.in_contact:
             with exclusive:
                 self._launches.enable_contact()
-        assert self._arrays.contact_stiffness is not None
-        return self._arrays.contact_stiffness
+        return self._f.contact_stiffness
 
     @property
     def spacing_array(self) -> wp.array:
         """Δs on the device [rod]."""
-        return self._f.spacing
+        return self._f.spacing_of_rod
 
     @property
     def status_array(self) -> wp.array:
@@ -288,10 +288,11 @@ class BoundRods(BoundReadings, Ensemble):
 
     def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
-        arrays = {name: getattr(self._past, name) for name in HISTORY}
+        arrays: dict[str, Any] = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
-        if self._arrays.contact_stiffness is not None:
+        if self._f.in_contact:
             arrays["contact_velocity"] = self._past.contact_velocity
+        arrays |= {name: self._tiled(array) for name, array in arrays.items() if is_tiled(array)}
         return arrays | {"status": self._f.status}
 
     def nodes_of(self, state: Mapping[str, np.ndarray]) -> int:
@@ -310,7 +311,7 @@ class BoundRods(BoundReadings, Ensemble):
         """Allocate arrays for the number of nodes in the state, which refinement may have changed."""
         nodes = state["now"].shape[1]
         if nodes != self.nodes:
-            in_contact = self._arrays.contact_stiffness is not None
+            in_contact = self._f.in_contact
             self._nodes = nodes
             self._allocate()
             if in_contact:

@@ -72,7 +72,7 @@ class BoundLaunches:
     def place(self, node: int, direction: np.ndarray) -> None:
         """Project one node and its direction [rod, 3] onto the surface, and lay out the others from it."""
         a = self.arrays
-        given: dict[str, Any] = wp.array(direction, dtype=wp.vec3d, device=self.device)
+        given: wp.array = wp.array(direction, dtype=wp.vec3d, device=self.device)
         self._launch(self._surface.place, a.tiles, a.f, a.plan, self._parameters, node, given)
         self._launch_lay_out(a, node)
 

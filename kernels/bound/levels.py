@@ -41,6 +41,8 @@ class History:
     angular_velocity: Vectors2D  # ω of the tracked node [rod, level]
     velocity: Vectors2D  # u of the tracked node
     contact_velocity: Pairs2D  # v along and across of the last step [rod, node], see ``contact.py``
+    contact_lag: Pairs2D  # r − r* of the last step, along and across
+    contact_foretold: Pairs2D  # the velocity of r** in the step that is tried
     failed_at: Scalars1D  # time at which the rod was frozen
 
 

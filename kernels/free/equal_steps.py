@@ -7,7 +7,7 @@ result is not valid keeps its last state and gets a status; the other rods conti
 import warp as wp
 
 from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.free.load import contact_error, step_velocity
+from warp_rods.kernels.free.load import contact_error, keep_velocity, step_velocity
 from warp_rods.kernels.free.motion import (
     foretold_midpoint,
     frame_error,
@@ -96,7 +96,7 @@ def try_step(
             error = wp.max(error, frame_error(rod, pace, midpoint, order, t, omega, u))
     if contact.present == 1:
         error = wp.max(error, contact_error(rod, rods, contact, balance, t - at[0]))
-        step_velocity(rod, contact, balance, formula.rate * (t - at[0]))
+        step_velocity(rod, contact, balance, formula.rate, t - at[0])
     trial.status[rod] = status
     trial.error[rod] = error
     trial.angular_velocity[rod] = omega
@@ -134,8 +134,7 @@ def accept_step(
     push_time(pace, rod, t, trial.error[rod])
     pace.order[rod] = formula.order
     if contact.present == 1:
-        for node in range(contact.velocity.shape[1]):
-            contact.velocity[rod, node] = contact.velocity_tried[rod, node]
+        keep_velocity(rod, contact)
 
 
 @wp.kernel

@@ -114,12 +114,15 @@ class Midpoint:
 
 @wp.struct
 class Contact:
-    """Stiffness of contact at the extrapolated state [rod, node], and the velocity that goes with that state."""
+    """Stiffness of contact at the extrapolated places r* [rod, node], and the velocities with which steps treat it."""
 
     present: int  # 1: something writes the stiffness
     stiffness: Matrices2D  # K, in space
     velocity: Vectors2D  # v of the last step: v0 at the half node, v⊥ at the node
-    velocity_tried: Vectors2D  # that of the step that is tried
+    lag: Vectors2D  # r − r* of the last step
+    velocity_tried: Vectors2D  # those of the step that is tried
+    lag_tried: Vectors2D
+    foretold: Vectors2D  # the velocity of r** in the step that is tried
 
 
 @wp.struct

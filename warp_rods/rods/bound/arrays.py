@@ -20,6 +20,8 @@ from warp_rods.rods.slices import slice_struct
 
 GEODESIC = ("now", "first", "second", "third", "fourth")
 """Ω of the levels, newest first."""
+CONTACT_HISTORY = ("contact_velocity", "contact_lag")
+"""What a step keeps of contact for the next."""
 VECTORS = ("curvature", "position", "force", "moment")
 SCALARS = (
     *("geodesic", "shear_term", "transverse_force", "u1_left", "u1_right", "u1_constant"),
@@ -136,7 +138,8 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
-    past.contact_velocity = constant_zero(rods, nodes, wp.vec2d, device)
+    for name in (*CONTACT_HISTORY, "contact_foretold"):
+        setattr(past, name, constant_zero(rods, nodes, wp.vec2d, device))
     return past
 
 
@@ -146,7 +149,8 @@ def allocate_contact(arrays: Arrays) -> None:
     rods, nodes = f.geodesic.shape
     arrays.contact_stiffness = per_node(rods, nodes, wp.mat33d, f.geodesic.device)
     f.contact_drag = per_node(rods, nodes, wp.vec3d, f.geodesic.device)
-    past.contact_velocity = per_node(rods, nodes, wp.vec2d, f.geodesic.device)
+    for name in (*CONTACT_HISTORY, "contact_foretold"):
+        setattr(past, name, per_node(rods, nodes, wp.vec2d, f.geodesic.device))
 
 
 def _plan(rods: int, nodes: int, device: Any) -> Any:

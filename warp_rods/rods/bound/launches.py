@@ -155,8 +155,8 @@ class BoundLaunches:
 
     def _launch_try(self, a: Arrays) -> None:
         if a.contact_stiffness is not None:
-            grid = a.f.geodesic.shape
-            self._launch(contact.set_contact_drag, grid, a.f, a.past, a.plan, a.contact_stiffness)
+            count = a.f.geodesic.shape[0]
+            self._launch(contact.set_contact_drag, count, a.f, a.past, a.pace, a.plan, a.contact_stiffness)
         self._launch_evaluate(a)
         f, plan, count, grid = a.f, a.plan, a.f.geodesic.shape[0], a.f.geodesic.shape
         self._launch(angles.find_turn_to_velocity, grid, f, a.weights)

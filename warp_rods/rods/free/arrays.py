@@ -37,6 +37,7 @@ BALANCE = (
     *("work_block", "work_block2"),
 )
 LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
+CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
     **dict.fromkeys(("end", "rate", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
@@ -200,7 +201,7 @@ def _contact(rods: int, nodes: int, device: Any, present: bool = False) -> Any:
     contact = Contact()
     contact.present, make = int(present), per_node if present else constant_zero
     contact.stiffness = make(rods, nodes, wp.mat33d, device)
-    for name in ("velocity", "velocity_tried"):
+    for name in CONTACT:
         setattr(contact, name, make(rods, nodes, wp.vec3d, device))
     return contact
 

@@ -110,8 +110,8 @@ class FreeLaunches:
         if a.force is not None:
             self._launch(load.find_force, a.position.shape, a.rotation, a.force, a.step_balance.load)
         if a.contact.present:
-            contact = (a.rotation, a.contact, a.trial, a.step_balance.load)
-            self._launch(load.add_contact_drag, a.position.shape, *contact)
+            contact = (a.rods, a.rotation, a.pace, a.trial, a.contact, a.step_balance.load)
+            self._launch(load.add_contact_drag, a.position.shape[0], *contact)
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
         self._launch(equal_steps.try_step, a.position.shape[0], *state, a.slope, a.step_balance)
 

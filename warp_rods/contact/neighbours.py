@@ -21,7 +21,7 @@ CELLS = 64
 """Cells of the grid along an axis without a period. The grid wraps around, so it covers scenes of any extent."""
 MOST_CELLS = 2**21
 """Largest number of cells of the grid: 16 MB."""
-PLACES = 32
+PLACES = 64
 """Initial length of the lists."""
 MARGIN = 1.25
 """Lists that turn out too short become longer than needed by this factor."""
@@ -95,6 +95,7 @@ class Neighbours:
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
         rod = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
         points.rod = wp.array(rod.astype(np.int32), device=device)
+        self._blocks = _blocks(np.concatenate(nodes))
         cells, cells_per_length = _grid(period, self.cutoff + self.skin)
         points.period, points.cells_per_length = wp.vec3d(*period), wp.vec3d(*cells_per_length)
         self._points = points
@@ -109,12 +110,16 @@ class Neighbours:
 
     def _allocate_lists(self, places: int) -> None:
         self._lists = neighbour_list.Lists()
-        self._lists.neighbour = per_node(self.count, places, wp.int32, self._device)
-        self._lists.count = wp.zeros(self.count, dtype=wp.int32, device=self._device)
+        for name, values in zip(("first", "size", "block"), self._blocks, strict=True):
+            setattr(self._lists, name, wp.array(values.astype(np.int32), device=self._device))
+        blocks = len(self._blocks[0])
+        self._lists.neighbour = per_node(blocks, places, wp.int32, self._device)
+        self._lists.count = wp.zeros(blocks, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
         self._collect = Recorded(self._launch_collect, self._device)
-        slices = thread_slices(self.count, 1, self._device)
+        nodes = 1 if self._device.is_cuda else neighbour_list.BLOCK
+        slices = thread_slices(self.count // nodes if nodes == 1 else len(self._blocks[0]), nodes, self._device)
         self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
         self._distribute = Recorded(self._launch_distribute, self._device)
 
@@ -168,8 +173,9 @@ class Neighbours:
 
     def _fill_lists(self) -> bool:
         """Fill the lists. If they are too short, allocate longer ones and return False."""
-        inputs = [self._grid.id, self._points, self.cutoff + self.skin, self._lists]
-        wp.launch(neighbour_list.list_neighbours, dim=self.count, inputs=inputs, device=self._device)
+        width = self.cutoff + self.skin
+        inputs = [self._grid.id, self._points, width, width, self._lists]
+        wp.launch(neighbour_list.list_neighbours, dim=len(self._blocks[0]), inputs=inputs, device=self._device)
         longest = int(self._lists.count.numpy().max(initial=0))
         if longest <= self._lists.neighbour.shape[1]:
             return True
@@ -203,6 +209,14 @@ class Neighbours:
                 wp.launch(steric.find_rod_energies, dim=e.count, inputs=inputs, device=self._device)
                 found.append(to_host(energy))
             return found
+
+
+def _blocks(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First point and size of each block, and the block of each point, of rods of so many nodes [rod]."""
+    blocks = -(-nodes // neighbour_list.BLOCK)
+    place = neighbour_list.BLOCK * (np.arange(blocks.sum()) - np.repeat(np.cumsum(blocks) - blocks, blocks))
+    size = np.minimum(np.repeat(nodes, blocks) - place, neighbour_list.BLOCK)
+    return np.repeat(np.cumsum(nodes) - nodes, blocks) + place, size, np.repeat(np.arange(len(size)), size)
 
 
 def _grid(period: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:

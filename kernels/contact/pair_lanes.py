@@ -28,6 +28,7 @@ _SUM = """
     }
     V fx = 0, fy = 0, fz = 0, energy = 0, Kxx = 0, Kxy = 0, Kxz = 0, Kyy = 0, Kyz = 0, Kzz = 0;
     const int own = rod.data[first];
+    const double inverse_range_square = inverse_range * inverse_range;
     const bool periodic = inverse_period[0] + inverse_period[1] + inverse_period[2] > 0;
     const auto separation = [&](const V& here, int j, int axis) -> V {
         const V d = here - positions.data[j][axis];
@@ -55,8 +56,8 @@ _SUM = """
                 within &= __builtin_elementwise_abs(along - arc_length.data[j]) >= close;
             const V w = (V)((M)(V(weights.data[j])) & within);
             const V rho_square = square + core_square, rho = __builtin_elementwise_sqrt(rho_square);
-            // One division for 1/ρ² and 1/r²
-            const V some = (V)((M)square | ((square == 0.0) & (M)V(1.0)));
+            // One division for 1/ρ² and 1/r², which may be 0/0
+            const V some = square + 1e-200;
             const V both = 1.0 / (rho_square * some), inverse_square = both * some, inverse_rho = rho * inverse_square;
             // e^(−ρ/a) = 2^k e^u with |u| ≤ ln 2 / 2, e^u by its series to 2e-16; k is the end of k + 2^52 + 2^51.
             const V t = __builtin_elementwise_max(-rho * inverse_range, V(-708.0));
@@ -71,9 +72,9 @@ _SUM = """
             const V e = (low + u4 * middle) + u8 * high;
             const V power = (V)(((M)shifted + 1023) << 52);
             // G, −G', P = −G'/ρ, and the part of −∂f/∂d along d, as in steric.py
-            const V G = strength * e * power * inverse_rho, F = (inverse_rho + inverse_range) * G;
+            const V G = (strength * e) * (power * inverse_rho), F = (inverse_rho + inverse_range) * G;
             const V P = (F - F_cutoff) * inverse_rho;
-            const V G2 = (inverse_range * inverse_range + 2.0 * (inverse_range + inverse_rho) * inverse_rho) * G;
+            const V G2 = inverse_range_square * G + (inverse_rho + inverse_rho) * F;
             const V stiff = (G2 + P) * inverse_square - P * (both * rho_square);
             const V K = w * __builtin_elementwise_max(stiff, V(0.0)), wP = w * P;
             fx += dx * wP;

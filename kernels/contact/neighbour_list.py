@@ -68,6 +68,19 @@ def collect_points(position: Vectors2D, spacing: Scalars1D, status: Integers1D, 
     points.excluded[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h
 
 
+@wp.kernel
+def forget_moves(points: Points):
+    """Set the largest displacements to zero; ``dim = 2``."""
+    points.largest_moves[wp.tid()] = real(0.0)
+
+
+@wp.kernel
+def keep_positions(points: Points):
+    """Record the present positions as those of the last step."""
+    k = wp.tid()
+    points.last_position[k] = points.position[k]
+
+
 @wp.func
 def record_move(largest_moves: Scalars1D, index: int, displacement: wp.vec3d):
     """Keep the larger displacement; the maximum does not depend on the order of the threads."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.device import device as device_of
-from warp_rods.device import exclusive
+from warp_rods.device import Shared, exclusive
 from warp_rods.kernels.contact import neighbour_list, pair_lanes, steric
 from warp_rods.kernels.layout import per_node, to_host
 from warp_rods.rods.ensemble import Ensemble
@@ -92,6 +93,7 @@ class Neighbours:
         for name in ("weight", "arc_length", "excluded"):
             setattr(points, name, wp.zeros(count, dtype=wp.float64, device=device))
         points.largest_moves = wp.zeros(2, dtype=wp.float64, device=device)
+        self._moves = Shared(points.largest_moves)
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
         rod = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
         points.rod = wp.array(rod.astype(np.int32), device=device)
@@ -118,6 +120,7 @@ class Neighbours:
 
     def _record(self) -> None:
         self._collect = Recorded(self._launch_collect, self._device)
+        self._keep = Recorded(self._launch_keep, self._device)
         nodes = 1 if self._device.is_cuda else neighbour_list.BLOCK
         slices = thread_slices(self.count // nodes if nodes == 1 else len(self._blocks[0]), nodes, self._device)
         self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
@@ -137,9 +140,7 @@ class Neighbours:
 
     def keep(self) -> None:
         """Count displacements from the present positions on."""
-        with exclusive:
-            self._collect()
-            wp.copy(self._points.last_position, self._points.position)
+        self._keep()
 
     @property
     def kept(self) -> np.ndarray:
@@ -154,11 +155,9 @@ class Neighbours:
 
     def _largest_moves(self) -> tuple[float, float]:
         """The largest displacement of a node since the last ``keep``, and since the lists were built; length."""
-        with exclusive:
-            self._points.largest_moves.zero_()
-            self._collect()
-            since_kept, since_listed = np.sqrt(self._points.largest_moves.numpy()).tolist()
-            return since_kept, since_listed
+        self._collect()
+        since_kept, since_listed = map(math.sqrt, self._moves.read())
+        return since_kept, since_listed
 
     def rebuild_lists(self) -> None:
         """Build the lists for the present positions."""
@@ -183,7 +182,12 @@ class Neighbours:
         self._record()
         return False
 
+    def _launch_keep(self) -> None:
+        self._launch_collect()
+        wp.launch(neighbour_list.keep_positions, dim=self.count, inputs=[self._points], device=self._device)
+
     def _launch_collect(self) -> None:
+        wp.launch(neighbour_list.forget_moves, dim=2, inputs=[self._points], device=self._device)
         for first, (position, spacing, status, *_) in zip(self._first, self._arrays, strict=False):
             inputs = [position, spacing, status, first, self.core, self._points]
             wp.launch(neighbour_list.collect_points, dim=position.shape, inputs=inputs, device=self._device)

@@ -65,7 +65,7 @@ class Shared:
 
     def __init__(self, array: wp.array):
         self.array = array
-        self._view = None if array.device.is_cuda else array.numpy()
+        self._view = None if wp.get_device(array.device).is_cuda else array.numpy()
 
     def write(self, values: list[float]) -> None:
         """Set all numbers."""

@@ -127,10 +127,10 @@ def centre_of(points: Points, first: int, size: int):
 @wp.func
 def any_may_interact(points: Points, first: int, size: int, j: int, distance: real) -> bool:
     """Whether any point of a block may interact with another point."""
-    for n in range(size):
-        if may_interact(points, first + n, j, distance):
-            return True
-    return False
+    n = wp.int32(0)
+    while n < size and not may_interact(points, first + n, j, distance):
+        n += 1
+    return n < size
 
 
 @wp.kernel

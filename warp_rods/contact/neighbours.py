@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warp_rods.device import device as device_of
 from warp_rods.device import Shared, exclusive
+from warp_rods.device import device as device_of
 from warp_rods.kernels.contact import neighbour_list, pair_lanes, steric
 from warp_rods.kernels.layout import per_node, to_host
 from warp_rods.rods.ensemble import Ensemble

@@ -8,7 +8,7 @@ import warp as wp
 
 from warp_rods.kernels.clock import STEP
 from warp_rods.kernels.free.formulas import formulas_of
-from warp_rods.kernels.free.load import contact_errors, step_velocity
+from warp_rods.kernels.free.load import contact_errors, keep_velocity, step_velocity
 from warp_rods.kernels.free.motion import (
     find_midpoint_rates,
     foretold_midpoint,
@@ -20,7 +20,7 @@ from warp_rods.kernels.free.motion import (
 from warp_rods.kernels.free.outcome import find_errors, find_statuses, store_shape
 from warp_rods.kernels.free.state import Balance, Contact, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
-from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in, where
+from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.multistep import Pace, formula_of, push_time, times_of
 from warp_rods.kernels.status import OK
@@ -39,10 +39,7 @@ def predict(rods: Swimmers, now: Shape, past: Past, pace: Pace, clock: Scalars1D
         if rods.status[rod] != OK:
             trial.order[rod] = 1
         trial.error[rod] = real(-1.0)
-    formulas = formulas_of(tile, pace, trial)
-    for lane in range(rods_in(tile, trial.end.shape[0])):
-        trial.rate[tile * WIDTH + lane] = formulas.rate[lane]
-    find_value(tile, formulas.value, now, past, star)
+    find_value(tile, formulas_of(tile, pace, trial).value, now, past, star)
 
 
 @wp.kernel
@@ -81,8 +78,9 @@ def try_step(
     if rods.forced == 1:
         count_frame_errors(tile, pace, midpoint, trial)
     if contact.present == 1:
-        count_contact_errors(tile, rods, pace, contact, balance, trial)
-        step_velocity(tile, contact, balance, scale_of(tile, pace, trial, formulas.rate))
+        dt = lengths_of(tile, pace, trial)
+        count_errors(tile, contact_errors(tile, rods, contact, balance, dt), trial)
+        step_velocity(tile, contact, balance, formulas.rate, dt)
     forget_frozen(tile, rods, trial)
 
 
@@ -97,22 +95,21 @@ def count_frame_errors(tile: int, pace: Pace, midpoint: Midpoint, trial: Trial):
 
 
 @wp.func
-def count_contact_errors(tile: int, rods: Swimmers, pace: Pace, contact: Contact, balance: Balance, trial: Trial):
-    """Let errors of steps count those of contact."""
-    error = contact_errors(tile, rods, contact, balance)
+def count_errors(tile: int, errors: Lanes, trial: Trial):
+    """Let errors of steps count these."""
     for lane in range(rods_in(tile, trial.end.shape[0])):
         rod = tile * WIDTH + lane
-        trial.error[rod] = wp.max(trial.error[rod], (trial.end[rod] - pace.at[rod, 0]) * error[lane])
+        trial.error[rod] = wp.max(trial.error[rod], errors[lane])
 
 
 @wp.func
-def scale_of(tile: int, pace: Pace, trial: Trial, rate: Lanes):
-    """a Δt."""
-    scale = Lanes(real(1.0))
+def lengths_of(tile: int, pace: Pace, trial: Trial):
+    """Δt of the steps."""
+    dt = Lanes(real(1.0))
     for lane in range(rods_in(tile, trial.end.shape[0])):
         rod = tile * WIDTH + lane
-        scale[lane] = rate[lane] * (trial.end[rod] - pace.at[rod, 0])
-    return scale
+        dt[lane] = trial.end[rod] - pace.at[rod, 0]
+    return dt
 
 
 @wp.func
@@ -151,9 +148,7 @@ def accept_step(
                 failed_at[rod] = pace.at[rod, 0]
     store_shape(tile, accepted, star, now, past)
     if contact.present == 1:
-        for node in range(contact.velocity.shape[1]):
-            tried = contact.velocity_tried[tile, node]
-            contact.velocity[tile, node] = where(accepted, tried, contact.velocity[tile, node])
+        keep_velocity(tile, accepted, contact)
 
 
 @wp.func

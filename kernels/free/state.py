@@ -121,12 +121,15 @@ class Midpoint:
 
 @wp.struct
 class Contact:
-    """Stiffness of contact at the extrapolated state, and the velocity that goes with that state."""
+    """Stiffness of contact at the extrapolated places r*, and the velocities with which steps treat it."""
 
     present: int  # 1: something writes the stiffness
     stiffness: Matrices2D  # K, in space [rod, node]
     velocity: Vectors  # v of the last step [tile, node]: v0 at the half node, v⊥ at the node
-    velocity_tried: Vectors  # that of the step that is tried
+    lag: Vectors  # r − r* of the last step
+    velocity_tried: Vectors  # those of the step that is tried
+    lag_tried: Vectors
+    foretold: Vectors  # the velocity of r** in the step that is tried
 
 
 @wp.struct
@@ -135,7 +138,6 @@ class Trial:
 
     end: Scalars1D
     order: Integers1D
-    rate: Scalars1D  # a
     status: Integers1D
     error: Scalars1D
     angular_velocity: Vectors1D

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, interp1d
 
 from warp_rods.errors import SceneError
-from warp_rods.rods.bound.arrays import GEODESIC
+from warp_rods.rods.bound.arrays import CONTACT_HISTORY, GEODESIC
 
 MOST_NODES = 100_000
 
@@ -25,7 +25,7 @@ def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> di
     s_coarse, s_fine = np.linspace(0.0, 1.0, nodes), np.linspace(0.0, 1.0, 2 * nodes - 1)
     for name in GEODESIC:
         fine[name] = CubicSpline(s_coarse, state[name], axis=1)(s_fine)
-    for name in ("force", "force_previous", "contact_velocity"):
+    for name in ("force", "force_previous", *CONTACT_HISTORY):
         if name in state:
             fine[name] = interp1d(s_coarse, state[name], axis=1)(s_fine)
     return fine

@@ -43,8 +43,9 @@ BALANCE = (
 SHOWN = ("tension", "axial_velocity", "transverse_velocity", "angular_velocity")
 """Fields of ``Balance`` that are read; all others are workspace."""
 LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
+CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
-    **dict.fromkeys(("end", "rate", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("end", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
     **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
 }
@@ -202,7 +203,7 @@ def _contact(rods: int, nodes: int, device: Any, present: bool = False) -> Any:
     contact = Contact()
     contact.present, make = int(present), per_node if present else constant_zero
     contact.stiffness = make(rods, nodes, wp.mat33d, device)
-    for name in ("velocity", "velocity_tried"):
+    for name in CONTACT:
         setattr(contact, name, make(tiles_of(rods), nodes, Vector, device))
     return contact
 

@@ -107,7 +107,7 @@ class FreeLaunches:
         if a.force is not None:
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.step_balance.load)
         if a.contact.present:
-            contact = (a.rotation, a.contact, a.trial.rate, a.step_balance.load)
+            contact = (a.rods, a.rotation, a.pace, a.trial, a.contact, a.step_balance.load)
             self._launch(load.add_contact_drag, _tiles(a), *contact)
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
         self._launch(equal_steps.try_step, _tiles(a), *state, a.slope, a.step_balance)

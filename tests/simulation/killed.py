@@ -31,8 +31,8 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import run_folder, runner, saver
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import open_run
 
 CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate"}
 START, FIRST, STEP, FRAME, CHECKPOINT, SCENE, RESUME, EXPORT = KINDS = (

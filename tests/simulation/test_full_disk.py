@@ -17,8 +17,8 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.storage import StorageError
-from warp_rods.simulation.trajectory import open_run
 
 CELL = {"name": "cell", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
 

@@ -15,8 +15,9 @@ from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import TrajectoryWriter, open_run
+from warp_rods.simulation.trajectory import TrajectoryWriter
 
 HERE = Path(__file__).parent
 FILAMENT = {"name": "f", "count": 2, "nodes": 17, "length": 0.7, "stiffness": [1.0, 1.2, 0.8],

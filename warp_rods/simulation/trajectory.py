@@ -14,15 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zarr
 
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
 from warp_rods.simulation.chunks import column
 from warp_rods.simulation.document import EARLIER_FRAMES, Document, moves, partial_of
 from warp_rods.simulation.leftovers import new_store
-from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.store import STORE, GroupSpec, create_group
+from warp_rods.simulation.zarr_format import write_group
 
 __all__ = [
     "FILAMENT_VARIABLES",
@@ -31,7 +30,6 @@ __all__ = [
     "GroupSpec",
     "TrajectoryWriter",
     "Variable",
-    "open_run",
 ]
 
 
@@ -73,9 +71,9 @@ class TrajectoryWriter:
             raise RunFolderError(f"{path} exists already: remove it, or choose another folder.")
         new = new_store(path)
         shutil.rmtree(new, ignore_errors=True)
-        root = zarr.create_group(new, attributes={"warp_rods_version": version("warp-rods"), **attributes})
+        write_group(new, {"warp_rods_version": version("warp-rods"), **attributes})
         for name, spec in groups.items():
-            create_group(root, name, spec)
+            create_group(new / name, spec)
         document = Document.collect(new)
         document.commit(0)
         before_it_appears()

@@ -176,6 +176,7 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
+            kept.write_frames()
             if interruption.number is not None and not simulation.finished:
                 leave(simulation, kept)
                 interruption.end()

@@ -249,6 +249,18 @@ class Killer:
         assert doing != EXPORT or (folder / "animation.usdc").stat().st_size > 0
 
 
+def each_second_frame_waits() -> None:
+    """Frames with odd numbers wait, and are written with the next one; a checkpoint follows each write."""
+    append = RunFolder.append
+
+    def held(self: RunFolder, *arguments) -> None:
+        odd = (self.writer.frames + len(self.writer._held)) % 2 == 1
+        run_folder.FRAMES_EVERY = saver.CHECKPOINT_EVERY = np.inf if odd else 0.0
+        append(self, *arguments)
+
+    RunFolder.append = held
+
+
 def exited(child: int) -> bool:
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
@@ -266,7 +278,7 @@ def main(top: Path, count: int, seed: int, kinds: list[str]) -> None:
     from pxr import Usd  # noqa: F401  here, so that forks have it
 
     logging.getLogger("warp_rods").setLevel(logging.ERROR)
-    saver.CHECKPOINT_EVERY = 0.0
+    each_second_frame_waits()
     write_ball(top)
     killer, kinds = Killer(top, seed), kinds or list(SCENES)
     for kind in kinds:

@@ -8,6 +8,7 @@ import sys
 import time
 import warnings
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -123,6 +124,36 @@ def test_a_trajectory_of_an_earlier_version_opens_with_present_names(tmp_path, l
 def test_each_group_has_the_scene_as_an_attribute(tmp_path):
     write(tmp_path, range(1)).close()
     assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
+
+
+@pytest.mark.parametrize("together", [2, 3, 7, 11])
+def test_frames_written_together_make_the_files_of_frames_written_alone(tmp_path, together):
+    """With borders of files within a batch; a frame that waits is not seen, and may change after it was given."""
+    groups = {name: replace(spec, frames_per_file=4) for name, spec in GROUPS.items()}
+    alone, other = (TrajectoryWriter.create(tmp_path / name / STORE, groups, ATTRIBUTES) for name in ("one", "two"))
+    for number in range(11):
+        alone.append(0.1 * number, frame(number))
+        given = frame(number)
+        other.hold(0.1 * number, given)
+        for values in (values for group in given.values() for values in group.values()):
+            values[...] = -7
+        assert other.bytes_held > 0 and other.frames == number - number % together
+        if (number + 1) % together == 0:
+            other.write()
+            check_frames(open_run(tmp_path / "two"), number + 1)
+            assert other.bytes_held == 0
+    alone.close()
+    other.close()  # which writes those that still wait
+    files = [
+        {
+            file.relative_to(tmp_path / name): file.read_bytes()
+            for file in (tmp_path / name).rglob("*")
+            if file.is_file()
+        }
+        for name in ("one", "two")
+    ]
+    assert files[0] == files[1]
+    check_frames(open_run(tmp_path / "two"), 11)
 
 
 def test_metadata_and_files_are_those_that_zarr_writes(tmp_path):

@@ -218,7 +218,10 @@ def test_a_run_that_appeared_since_the_check_is_not_deleted(tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize("what", ["trajectory.zarr", "trajectory.zarr/f/position", "trajectory.zarr/zarr.json", "."])
-def test_a_store_that_is_deleted_during_a_run_is_noticed_at_the_next_frame(tmp_path, what):
+def test_a_store_that_is_deleted_during_a_run_is_noticed_at_the_next_frame(tmp_path, what, monkeypatch):
+    """Of a part of it, at the next frame that is written."""
+    if what == "trajectory.zarr/f/position":
+        monkeypatch.setattr(run_folder, "FRAMES_EVERY", 0.0)
     folder, frames = tmp_path / "run", []
 
     def delete(simulation: wr.Simulation) -> None:

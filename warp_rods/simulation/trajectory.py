@@ -113,11 +113,12 @@ class TrajectoryWriter:
         self.write()
 
     def hold(self, time: float, frames: Mapping[str, Mapping[str, np.ndarray]], copy: bool = True) -> None:
-        """Keep a frame, as ``append`` takes it, until frames are written; raises ValueError as it does.
+        """Keep a frame, as ``append`` takes it, until frames are written; raises what it does.
 
         copy: whether its arrays may change before.
         """
         self._check(frames)
+        self._check_in_place()
         held = {
             (name, variable): columns[variable].chunks.in_its_type(values, copy)
             for name, columns in self._groups.items()

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 import warnings
 from contextlib import contextmanager
 from dataclasses import replace
@@ -154,6 +155,22 @@ def test_frames_written_together_make_the_files_of_frames_written_alone(tmp_path
     ]
     assert files[0] == files[1]
     check_frames(open_run(tmp_path / "two"), 11)
+
+
+def test_memory_does_not_grow_with_the_number_of_frames(tmp_path):
+    """A trajectory is streamed: nothing of a frame is kept once it is written."""
+    writer = write(tmp_path, range(1))
+    large = {group: {name: np.array(v, float) for name, v in values.items()} for group, values in frame(1).items()}
+    held = []
+    tracemalloc.start()
+    for _ in range(8):
+        for _ in range(50):
+            writer.hold(0.1 * writer.frames, large)
+        waiting = writer.bytes_held
+        writer.write()
+        held.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert writer.frames == 401 and max(held[2:]) - held[1] < 0.1 * waiting
 
 
 def test_metadata_and_files_are_those_that_zarr_writes(tmp_path):

@@ -92,20 +92,25 @@ def device(name: Any = None) -> wp.Device:
         raise _unknown(name) from None
 
 
+def known() -> list[wp.Device]:
+    """The devices of this machine."""
+    start()
+    return list(wp.get_devices())
+
+
 def choose(name: str | None) -> str:
     """The name of a device; None or "auto" is CUDA where available. Raises SceneError for an unknown device."""
-    start()
-    known = [device.alias for device in wp.get_devices()]
+    names = [device.alias for device in known()]
     if name in (None, "auto"):
-        return "cuda:0" if "cuda:0" in known else "cpu"
-    if name not in known:
+        return "cuda:0" if "cuda:0" in names else "cpu"
+    if name not in names:
         raise _unknown(name)
     return name
 
 
 def _unknown(name: object) -> SceneError:
-    known = [device.alias for device in wp.get_devices()]
-    return SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *known])}")
+    names = [device.alias for device in known()]
+    return SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *names])}")
 
 
 def cores() -> int:

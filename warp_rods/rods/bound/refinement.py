@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.interpolate import CubicSpline, interp1d
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.bound.arrays import CONTACT_HISTORY, GEODESIC
@@ -18,6 +17,8 @@ def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> di
 
     Frames follow from that of the tracked node. Raises SceneError if there would be too many nodes.
     """
+    from scipy.interpolate import CubicSpline, interp1d
+
     nodes = state["now"].shape[1]
     if 2 * nodes > MOST_NODES:
         raise SceneError(f"growth.spacing = {largest_spacing:g}: needs more than {MOST_NODES} nodes a rod")

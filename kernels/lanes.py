@@ -39,11 +39,11 @@ Vector = wp.types.matrix(shape=(3, WIDTH), dtype=real)
 """Three components for each rod."""
 Block = wp.types.matrix(shape=(4, WIDTH), dtype=real)
 """A 2 × 2 matrix for each rod: rows 00, 01, 10, 11."""
-Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
-"""A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
 Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
 """A 3 × 3 matrix for each rod, row by row."""
-FIELDS = (Lanes, Pair, Vector, Block, Symmetric, Matrix)
+Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
+"""A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
+FIELDS = (Lanes, Pair, Vector, Block, Matrix)
 """The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)
@@ -58,7 +58,6 @@ _TYPES = {
     "Pair": f"wp::mat_t<2, {WIDTH}, wp::float64>",
     "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
     "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
-    "Symmetric": f"wp::mat_t<6, {WIDTH}, wp::float64>",
     "Matrix": f"wp::mat_t<9, {WIDTH}, wp::float64>",
 }
 
@@ -81,11 +80,6 @@ def rows(result: str, names: str, body: str) -> str:
     {vectors} V* R = (V*)&r; {body}
 #endif
     return r;"""
-
-
-def each(result: str, body: str) -> str:
-    """C++ of a function whose ``body`` sets what rod k has in ``r``, where ``rows`` will not do."""
-    return f"{_TYPES[result]} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
 
 
 # --- Operators ------------------------------------------------------------------------------------------------------
@@ -249,12 +243,12 @@ def mul(a: Matrix, b: Vector) -> Vector: ...
 def mul(a: Matrix, b: Matrix) -> Matrix: ...
 
 
-@wp.func_native(rows("Lanes", "a", "R[0] = A[0] + b;"))
-def add(a: Lanes, b: real) -> Lanes: ...
-
-
 @wp.func_native(rows("Lanes", "a", "R[0] = A[0] - b;"))
 def sub(a: Lanes, b: real) -> Lanes: ...
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] + b;"))
+def add(a: Lanes, b: real) -> Lanes: ...
 
 
 @wp.func_native(rows("Vector", "ab", "R[0] = A[0] * B[0]; R[1] = A[1] * B[0]; R[2] = A[2] * B[0];"))
@@ -372,7 +366,8 @@ def dot(a: Vector, b: Vector) -> Lanes: ...
 
 
 @wp.func_native(rows("Vector", "xyz", "R[0] = X[0]; R[1] = Y[0]; R[2] = Z[0];"))
-def vector(x: Lanes, y: Lanes, z: Lanes) -> Vector: ...
+def vector(x: Lanes, y: Lanes, z: Lanes) -> Vector:
+    """The vector with these components."""
 
 
 @wp.func_native(
@@ -429,22 +424,26 @@ def where(m: Lanes, a: Block, b: Block) -> Block: ...
 
 @wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? (V)(1.0) : (V)(0.0);"))
 def less(a: Lanes, b: Lanes) -> Lanes:
-    """1 where a < b, 0 elsewhere."""
+    """1 where a < b, 0 elsewhere and for NaN."""
 
 
 @wp.func_native(rows("Lanes", "a", "R[0] = A[0] < b ? (V)(1.0) : (V)(0.0);"))
 def less(a: Lanes, b: real) -> Lanes: ...
 
 
+def _each(body: str) -> str:
+    """C++ that sets number k of the result ``r``."""
+    return f"{_TYPES['Lanes']} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
+
+
 @wp.func_native(
-    each(
-        "Lanes",
+    _each(
         """r.c[k] = 1.0;
-    for (int i = 0; i < 3; ++i) if (!(low.c[i] <= x.data[i][k] && x.data[i][k] <= high.c[i])) r.c[k] = 0.0;""",
+    for (int i = 0; i < 3; ++i) if (!(low.c[i] <= x.data[i][k] && x.data[i][k] <= high.c[i])) r.c[k] = 0.0;"""
     )
 )
 def inside(x: Vector, low: wp.vec3d, high: wp.vec3d) -> Lanes:
-    """1 in the box from ``low`` to ``high``, 0 elsewhere."""
+    """1 in the box from ``low`` to ``high``, 0 elsewhere and for NaN."""
 
 
 @wp.func_native(f"for (int k = 0; k < {WIDTH}; ++k) if (m.c[k] != 0.0) return true; return false;")
@@ -499,45 +498,24 @@ def store(array: Vectors2D, tile: int, node: int, field: Vector):
 def store(array: Matrices2D, tile: int, node: int, field: Matrix): ...
 
 
-ROD = f"int rod = tile * {WIDTH} + k < a.shape[0] ? tile * {WIDTH} + k : a.shape[0] - 1;"
-"""C++: the rod of lane k, or the last one where there is none."""
+_ROD = f"const int rod = tile * {WIDTH} + k < array.shape[0] ? tile * {WIDTH} + k : array.shape[0] - 1;"
+_WHERE = f"for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < array.shape[0]; ++k) if (m.c[k] != 0.0)"
 
 
-@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
-def load(a: Scalars1D, tile: int) -> Lanes:
-    """The values of the rods of a tile; lanes beyond the last rod repeat it."""
+@wp.func_native(_each(f"{_ROD} r.c[k] = wp::index(array, rod);"))
+def load(array: Integers1D, tile: int) -> Lanes:
+    """The values of a tile in an array [rod]."""
 
 
-@wp.func_native(each("Lanes", f"{ROD} r.c[k] = *wp::address(a, rod);"))
-def load(a: Integers1D, tile: int) -> Lanes: ...
-
-
-@wp.func_native(
-    each(
-        "Vector",
-        f"""{ROD} const wp::mat_t<3, 3, wp::float64>& m = *wp::address(a, rod, node);
-    for (int i = 0; i < 3; ++i)
-        r.data[i][k] = m.data[i][0] * v.data[0][k] + m.data[i][1] * v.data[1][k] + m.data[i][2] * v.data[2][k];""",
-    )
-)
-def load_times(a: Matrices2D, tile: int, node: int, v: Vector) -> Vector:
-    """The products of the matrices of the rods with v."""
+@wp.func_native(f"{_WHERE} wp::index(array, tile * {WIDTH} + k) = field.c[k];")
+def store_where(array: Scalars1D, tile: int, m: Lanes, field: Lanes):
+    """Set the values of a tile where m is not zero."""
 
 
 @wp.func_native(
-    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
-    if (m.c[k] != 0.0) *wp::address(a, tile * {WIDTH} + k) = value.c[k];"""
+    f"{_WHERE} for (int i = 0; i < 3; ++i) wp::index(array, tile * {WIDTH} + k, node)[i] = field.data[i][k];"
 )
-def store(a: Scalars1D, tile: int, m: Lanes, value: Lanes):
-    """Store the values of the rods of a tile where m is not zero."""
-
-
-@wp.func_native(
-    f"""for (int k = 0; k < {WIDTH} && tile * {WIDTH} + k < a.shape[0]; ++k)
-    if (m.c[k] != 0.0)
-        for (int i = 0; i < 3; ++i) wp::address(a, tile * {WIDTH} + k, node)->c[i] = value.data[i][k];"""
-)
-def store(a: Vectors2D, tile: int, node: int, m: Lanes, value: Vector): ...
+def store_where(array: Vectors2D, tile: int, node: int, m: Lanes, field: Vector): ...
 
 
 # --- Single rods ----------------------------------------------------------------------------------------------------

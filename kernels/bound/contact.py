@@ -23,7 +23,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     add,
     div,
     dot,
-    load_times,
+    load,
     mul,
     pair,
     smaller,
@@ -58,9 +58,9 @@ def set_contact_drag(f: Filaments, past: History, pace: Pace, plan: Plan, tile: 
     drag = smaller(f.drag[tile][0], f.drag[tile][1])
     for i in range(f.geodesic.shape[1]):
         q, across = f.tangent[tile, i], f.across[tile, i]
-        Kq = load_times(f.contact_stiffness, tile, i, q)
-        K2 = load_times(f.contact_stiffness, tile, i, across)
-        K = vector(dot(q, Kq), dot(q, K2), dot(across, K2))
+        stiffness = load(f.contact_stiffness, tile, i)
+        K2 = stiffness * across
+        K = vector(dot(q, stiffness * q), dot(q, K2), dot(across, K2))
         kappa = principal(K)
         share = share_foretold(kappa[0] + kappa[1], drag, terms)
         C = drag_in_plane(K, drag, share, terms)

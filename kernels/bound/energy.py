@@ -11,7 +11,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     by_component,
     dot,
     mul,
-    store,
+    store_where,
     sub,
     vector,
 )
@@ -72,7 +72,7 @@ def find_energies(
         D += w * dissipation_density(f, tile, i)
         P += w * force_power_density(f, tile, i)
     one = Lanes(real(1.0))
-    store(energy, tile, one, E)
-    store(dissipation, tile, one, D)
-    store(growth, tile, one, growth_power(f, density, tile))
-    store(force_power, tile, one, P)
+    store_where(energy, tile, one, E)
+    store_where(dissipation, tile, one, D)
+    store_where(growth, tile, one, growth_power(f, density, tile))
+    store_where(force_power, tile, one, P)

@@ -14,7 +14,7 @@ from warp_rods.kernels.bound.rod import (
     find_velocity_coefficients,
 )
 from warp_rods.kernels.bound.state import Filaments, Systems
-from warp_rods.kernels.lanes import Lanes, Lanes2D, Vector, Vectors, store, vector_of
+from warp_rods.kernels.lanes import Lanes, Lanes2D, Vector, Vectors, store_where, vector_of
 from warp_rods.kernels.layout import Quaternions2D, Scalars1D, Vectors2D, real
 from warp_rods.kernels.lie import quaternion
 from warp_rods.kernels.surface.geometry import gaussian
@@ -79,7 +79,7 @@ def find_output(f: Filaments, systems: Systems, middle: int, output: Output):
     for i in range(f.geodesic.shape[1]):
         output.tension[tile, i] = f.tension[tile, i]
         output.geodesic_rate[tile, i] = f.geodesic_rate[tile, i]
-    store(output.gauss, tile, Lanes(real(1.0)), gaussian(f.curvature[tile, middle]))
+    store_where(output.gauss, tile, Lanes(real(1.0)), gaussian(f.curvature[tile, middle]))
 
 
 @wp.kernel

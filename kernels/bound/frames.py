@@ -44,7 +44,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     set_number,
     sqrt,
     square,
-    store,
+    store_where,
     sub,
     vector_of,
     where,
@@ -175,7 +175,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         for k in range(count):
             i = start + way * k
             r, follows = advance_cell(f, p, tile, i, i + way, r, guess)
-            store(f.position, tile, i + way, moving, r)
+            store_where(f.position, tile, i + way, moving, r)
             unfit = first_reason(unfit, follows, real(KINK))
             unfit = first_reason(unfit, inside(r, low, high), real(LEFT_DATA))
             here = f.curvature[tile, i + way]
@@ -194,10 +194,10 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         moving = load(f.active, tile)
         r = plan.place[tile]
         store_frame(f, parameters[0], tile, node, plan.tangent[tile], r)
-        store(f.position, tile, node, moving, r)
+        store_where(f.position, tile, node, moving, r)
         first = lay_out_side(f, parameters[0], tile, node, -1, r, low, high)
         second = lay_out_side(f, parameters[0], tile, node, 1, r, low, high)
-        store(plan.unfit, tile, moving, where(less(first, second), second, first))
+        store_where(plan.unfit, tile, moving, where(less(first, second), second, first))
 
     @wp.func
     def carried(

@@ -18,7 +18,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Vectors,
     add,
     mul,
-    store,
+    store_where,
     sub,
     vector,
 )
@@ -106,8 +106,8 @@ def find_end_loads(f: Filaments, tile: int, normal_shear: Lanes2D, end_load: Vec
     for end in range(2):
         i = end * (f.geodesic.shape[1] - 1)
         sign = real(1 - 2 * end)
-        store(end_load, tile, end, one, sign * in_space(f, tile, i, end_force_at(f, normal_shear, tile, i)))
-        store(end_moment, tile, end, one, sign * in_space(f, tile, i, f.moment[tile, i]))
+        store_where(end_load, tile, end, one, sign * in_space(f, tile, i, end_force_at(f, normal_shear, tile, i)))
+        store_where(end_moment, tile, end, one, sign * in_space(f, tile, i, f.moment[tile, i]))
 
 
 @wp.func
@@ -126,4 +126,4 @@ def find_membrane_power(f: Filaments, tile: int, normal_shear: Lanes2D, power: S
         p = load_at(f, normal_shear, tile, i)[2]
         density = p * f.normal_velocity[tile, i] + load_moment_at(f, tile, i) * f.normal_velocity_slope[tile, i]
         total -= trapezoid_weight(i, nodes, f.spacing[tile]) * density
-    store(power, tile, Lanes(real(1.0)), total)
+    store_where(power, tile, Lanes(real(1.0)), total)

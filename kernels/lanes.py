@@ -73,6 +73,7 @@ def rows(result: str, names: str, body: str) -> str:
     return f"""{_TYPES[result]} r;
 #if defined(__CUDACC__)
     struct Row {{ double* first; double& operator[](int i) const {{ return first[i * {WIDTH}]; }} }};
+    typedef double V;
     for (int k = 0; k < {WIDTH}; ++k) {{ {numbers} const Row R = {{(double*)&r + k}}; {body} }}
 #else
     typedef double V __attribute__((ext_vector_type({WIDTH}), aligned(8)));
@@ -421,23 +422,18 @@ def where(m: Lanes, a: Vector, b: Vector) -> Vector: ...
 def where(m: Lanes, a: Block, b: Block) -> Block: ...
 
 
-@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? A[0] - A[0] + 1.0 : A[0] - A[0];"))
+@wp.func_native(rows("Lanes", "ab", "R[0] = A[0] < B[0] ? (V)(1.0) : (V)(0.0);"))
 def less(a: Lanes, b: Lanes) -> Lanes:
-    """1 where a < b, 0 elsewhere; NaN where a is not finite."""
+    """1 where a < b, 0 elsewhere and for NaN."""
+
+
+@wp.func_native(rows("Lanes", "a", "R[0] = A[0] < b ? (V)(1.0) : (V)(0.0);"))
+def less(a: Lanes, b: real) -> Lanes: ...
 
 
 def _each(body: str) -> str:
     """C++ that sets number k of the result ``r``."""
     return f"{_TYPES['Lanes']} r; for (int k = 0; k < {WIDTH}; ++k) {{ {body} }} return r;"
-
-
-@wp.func_native(_each("r.c[k] = a.c[k] < b.c[k] ? 1.0 : 0.0;"))
-def below(a: Lanes, b: Lanes) -> Lanes:
-    """1 where a < b, 0 elsewhere and for NaN."""
-
-
-@wp.func_native(_each("r.c[k] = a.c[k] < b ? 1.0 : 0.0;"))
-def below(a: Lanes, b: real) -> Lanes: ...
 
 
 @wp.func_native(

@@ -10,6 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
+SLOW = HEAVY | {"warp", "scipy", "sympy", "xarray", "pandas", "zarr", "trimesh"}
 KERNELS_IMPORT = {"warp", "warp_rods", "functools", "types", "typing"}
 
 
@@ -33,7 +34,28 @@ def test_kernels_import_warp_alone(path):
     assert all(name.startswith("warp_rods.kernels") for name in imports if name.startswith("warp_rods"))
 
 
-def test_importing_the_package_imports_nothing_heavy():
-    code = "import sys, warp_rods, warp_rods.cli; print(*sorted({m.split('.')[0] for m in sys.modules}))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not HEAVY & set(loaded)
+def loaded_by(code: str) -> set[str]:
+    """The top-level packages that a new process has loaded after some code."""
+    said = f"import sys\n{code}\nprint(*sorted({{m.split('.')[0] for m in sys.modules}}), file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    return set(done.stderr.split())
+
+
+HELP = """from warp_rods.cli import app
+try: app(["--help"])
+except SystemExit: pass"""
+SCENE = """from warp_rods.scene.scene import Scene
+from warp_rods.simulation.estimates import check_memory
+check_memory(Scene.load("scenes/expression.toml"))"""
+
+
+@pytest.mark.parametrize("code, unwanted", [
+    ("import warp_rods, warp_rods.scene", SLOW | {"numpy", "pydantic", "rich", "typer"}),
+    (HELP, SLOW | {"numpy", "pydantic"}),
+    (SCENE, SLOW),
+    ("import warp_rods.workflow", SLOW - {"warp", "scipy"}),
+])  # fmt: skip
+def test_slow_packages_are_imported_where_they_are_used(code, unwanted):
+    """The package, the help of the command line and the check of a scene need none; a run needs its trajectory's
+    readers at its end only."""
+    assert not unwanted & loaded_by(code)

@@ -19,9 +19,9 @@ from .rods.status import Status
 from .scene.scene import Scene
 from .simulation.hooks import every
 from .simulation.loop import Simulation
+from .simulation.reading import open_run
 from .simulation.runner import Run
 from .simulation.storage import StorageError
-from .simulation.trajectory import open_run
 from .theory import buckling, continuation, stability, steady
 from .workflow import run
 

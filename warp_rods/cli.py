@@ -1,7 +1,11 @@
-"""The command line, ``warp-rods run SCENE`` and others. Mistakes of the user are shown without a traceback."""
+"""The command line, ``warp-rods run SCENE`` and others. Mistakes of the user are shown without a traceback.
+
+Each command imports what it needs when it is called: ``--help`` and a mistake in a scene need no second.
+"""
 
 from __future__ import annotations
 
+import gc
 import logging
 import multiprocessing
 import sys
@@ -12,11 +16,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import warp as wp
 from rich.console import Console
 
-from warp_rods.device import said
-from warp_rods.device import start as start_warp
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
 from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
@@ -50,6 +51,13 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _start_warp() -> None:
+    """Start Warp, whose import takes most of a second, before a command uses it."""
+    from warp_rods.device import start
+
+    start()
+
+
 @app.callback()
 def options(
     _version: Annotated[
@@ -78,7 +86,7 @@ def run(
 
     loaded = Scene.load(scene)
     check_memory(loaded)  # before the slow imports
-    from warp_rods.analysis.summary import summary
+    _start_warp()
     from warp_rods.workflow import run as run_scene
 
     console = Console(markup=False, highlight=False)
@@ -93,6 +101,8 @@ def run(
         resume=resume,
         console=console,
     )
+    from warp_rods.analysis.summary import summary
+
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
@@ -121,6 +131,7 @@ def check(
     scene: Annotated[Path, typer.Argument(metavar="SCENE|DIR", help="A scene in TOML, or the folder of a run")],
 ) -> None:
     """Check a scene: place its rods; report size, time, frames and warnings. Of a run: read all of it, find damage."""
+    _start_warp()
     if scene.is_dir():
         from warp_rods.simulation.check import check_run
 
@@ -134,6 +145,8 @@ def check(
 def _export(run_dir: Path, **wanted: bool) -> None:
     """Write files for other programs from the trajectory of a run; without options, list them."""
     names = [name for name, is_wanted in wanted.items() if is_wanted]
+    if names:
+        _start_warp()
     for name in names:
         print(EXPORTERS[name].export(run_dir))
     if not names:
@@ -175,6 +188,7 @@ def reproduce(
         for known, row in REPRODUCTIONS.items():
             print(f"{known:12} {row.what} (about {row.minutes:g} min)")
         return
+    _start_warp()
     outcomes = reproduce.run([name], quick, out, Console(markup=False, highlight=False))
     if failed := [outcome.name for outcome in outcomes if outcome.error]:
         print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
@@ -184,16 +198,18 @@ def reproduce(
 @app.command()
 def devices() -> None:
     """List the devices for --device."""
-    for device in wp.get_devices():
+    from warp_rods.device import known
+
+    for device in known():
         print(f"{device.alias}: {device.name}")
 
 
 def main() -> None:
     """Entry point; exit code 2: a mistake of the user, 3: rods were lost, 128 + n: signal n, 130 for Ctrl-C."""
     open_streams()
+    gc.set_threshold(100_000)  # imports make objects that stay: searching them for garbage is a fifth of the start
     try:
         with signals_end_the_process():
-            start_warp()
             app()
     except Interrupted as signal:
         if not signal.told:
@@ -205,6 +221,8 @@ def main() -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except OSError as error:
+        from warp_rods.device import said
+
         print(f"error: {said(error)}", file=sys.stderr)
         sys.exit(2)
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from warp_rods.draw.usd.export import export_usd
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def run(
@@ -54,3 +55,10 @@ def _animate(folder: Path, scene: Scene, report: Report) -> None:
         report.warn(f"{text}; to try again: warp-rods export {folder} --usd")
         return
     report.note(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")
+
+
+def export_usd(folder: Path) -> Path:
+    """Write the animation of a run; what makes it is imported at the end of the run."""
+    from warp_rods.draw.usd.export import export_usd
+
+    return export_usd(folder)

@@ -31,11 +31,11 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes1D,
     Vector,
     add,
-    below,
     cross,
     div,
     dot,
     inside,
+    less,
     load,
     magnitude,
     mul,
@@ -155,9 +155,9 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         arc, chord = x - r, x - shift - r
         place = r + chord * sqrt(dot(arc, arc) / dot(chord, chord))
         distance = store_frame(f, p, tile, j, q, place)
-        near = below(dot(shift, shift), square(LARGEST_SHIFT * h)) * below(distance, LARGEST_DISTANCE * h)
+        near = less(dot(shift, shift), square(LARGEST_SHIFT * h)) * less(distance, LARGEST_DISTANCE * h)
         turn = magnitude(dot(q, f.normal[tile, j]))
-        return place, near * below(turn, LARGEST_TURN) * below(dot(mean, mean) * square(h), HALF_TURN * HALF_TURN)
+        return place, near * less(turn, LARGEST_TURN) * less(dot(mean, mean) * square(h), HALF_TURN * HALF_TURN)
 
     @wp.func
     def lay_out_side(
@@ -197,7 +197,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         store_where(f.position, tile, node, moving, r)
         first = lay_out_side(f, parameters[0], tile, node, -1, r, low, high)
         second = lay_out_side(f, parameters[0], tile, node, 1, r, low, high)
-        store_where(plan.unfit, tile, moving, where(below(first, second), second, first))
+        store_where(plan.unfit, tile, moving, where(less(first, second), second, first))
 
     @wp.func
     def carried(

@@ -32,7 +32,10 @@ class History:
     angular_velocity: Vectors2D  # ω of the tracked node [rod, level]
     velocity: Vectors2D  # u of the tracked node
     contact_velocity: Pairs  # v along and across of the last step [tile, node], see ``contact.py``
-    contact_velocity_tried: Pairs  # that of the step that is tried
+    contact_lag: Pairs  # r − r* of the last step
+    contact_velocity_tried: Pairs  # those of the step that is tried
+    contact_lag_tried: Pairs
+    contact_foretold: Pairs  # the velocity of r** in the step that is tried
     failed_at: Scalars1D  # time at which the rod was frozen
 
 

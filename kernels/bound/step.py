@@ -247,7 +247,7 @@ def try_step(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Syste
     tile = wp.tid()
     find_loads(f, tile)
     if f.in_contact == 1:
-        set_contact_drag(f, past, plan, tile)
+        set_contact_drag(f, past, pace, plan, tile)
     evaluate(f, tile, systems)
     find_angle(f, past, plan, systems, tile)
     find_tracked_rates(f, past, plan, systems, tile)
@@ -327,6 +327,7 @@ def keep_fields(f: Filaments, past: History, tile: int, taken: Lanes):
         for i in range(f.geodesic.shape[1]):
             tried = past.contact_velocity_tried[tile, i]
             past.contact_velocity[tile, i] = where(taken, tried, past.contact_velocity[tile, i])
+            past.contact_lag[tile, i] = where(taken, past.contact_lag_tried[tile, i], past.contact_lag[tile, i])
 
 
 @wp.func

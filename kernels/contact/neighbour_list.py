@@ -1,4 +1,4 @@
-"""Neighbour lists: for each node of a scene the other nodes within the cut-off and a skin (docs/model.md §6.2).
+"""Neighbour lists: for adjacent nodes of a rod the other nodes within the cut-off and a skin (docs/model.md §6.2).
 
 Lists are valid until a node has moved by half the skin. On a periodic axis the cells of the hash grid divide the
 period, so that the wrapping of the grid is that of the box.
@@ -13,6 +13,8 @@ from warp_rods.kernels.stencils import trapezoid_weight
 
 wp.set_module_options({"enable_backward": False})
 
+BLOCK = 4
+"""Nodes that share a list: they fill the lanes of vector instructions."""
 IN_A_STEP = wp.constant(0)
 """Index in ``largest_moves``: the square of the largest displacement of a node since the last step."""
 SINCE_LISTED = wp.constant(1)
@@ -38,10 +40,13 @@ class Points:
 
 @wp.struct
 class Lists:
-    """The neighbours of every point, in increasing order."""
+    """The neighbours of every block of ``BLOCK`` adjacent nodes of a rod, in increasing order."""
 
-    neighbour: Integers2D  # [point, place in its list]
-    count: Integers1D  # number of neighbours [point]; exceeds the number of places where the lists are too short
+    first: Integers1D  # first point [block]
+    size: Integers1D  # number of points, at the end of a rod less than ``BLOCK``
+    block: Integers1D  # [point]
+    neighbour: Integers2D  # of any point of a block [block, place in its list]
+    count: Integers1D  # number of neighbours [block]; exceeds the number of places where the lists are too short
 
 
 @wp.kernel
@@ -63,6 +68,19 @@ def collect_points(position: Vectors2D, spacing: Scalars1D, status: Integers1D, 
     points.excluded[k] = wp.max(real(2.0) * core, real(4.0) * h) - real(1e-6) * h
 
 
+@wp.kernel
+def forget_moves(points: Points):
+    """Set the largest displacements to zero; ``dim = 2``."""
+    points.largest_moves[wp.tid()] = real(0.0)
+
+
+@wp.kernel
+def keep_positions(points: Points):
+    """Record the present positions as those of the last step."""
+    k = wp.tid()
+    points.last_position[k] = points.position[k]
+
+
 @wp.func
 def record_move(largest_moves: Scalars1D, index: int, displacement: wp.vec3d):
     """Keep the larger displacement; the maximum does not depend on the order of the threads."""
@@ -81,28 +99,57 @@ def set_listed_positions(points: Points):
 
 
 @wp.func
+def are_close_along(points: Points, i: int, j: int) -> bool:
+    """Whether a point is excluded as a close neighbour of another along one rod."""
+    along = wp.abs(points.arc_length[i] - points.arc_length[j])
+    return points.rod[i] == points.rod[j] and along < points.excluded[i]
+
+
+@wp.func
 def may_interact(points: Points, i: int, j: int, distance: real) -> bool:
     """Whether two points are within a distance, and not excluded as close neighbours along one rod."""
     d = nearest_image(points.position[i] - points.position[j], points.period)
-    if wp.dot(d, d) >= distance * distance:
-        return False
-    along = wp.abs(points.arc_length[i] - points.arc_length[j])
-    return points.rod[i] != points.rod[j] or along >= points.excluded[i]
+    return wp.dot(d, d) < distance * distance and not are_close_along(points, i, j)
+
+
+@wp.func
+def centre_of(points: Points, first: int, size: int):
+    """The mean of the places of a block, and the largest distance of one from it."""
+    centre = wp.vec3d()
+    for n in range(size):
+        centre += points.position[first + n] / real(size)
+    radius = real(0.0)
+    for n in range(size):
+        radius = wp.max(radius, wp.length(points.position[first + n] - centre))
+    return centre, radius
+
+
+@wp.func
+def any_may_interact(points: Points, first: int, size: int, j: int, distance: real) -> bool:
+    """Whether any point of a block may interact with another point."""
+    n = wp.int32(0)
+    while n < size and not may_interact(points, first + n, j, distance):
+        n += 1
+    return n < size
 
 
 @wp.kernel
-def list_neighbours(grid: wp.uint64, points: Points, distance: real, lists: Lists):
-    """List the neighbours within a distance of every point, by insertion sort."""
-    i = wp.hash_grid_point_id(grid, wp.tid())
+def list_neighbours(grid: wp.uint64, points: Points, distance: real, cell: real, lists: Lists):
+    """List the neighbours within a distance of every block, by insertion sort; no ``cell`` is narrower than this."""
+    block = wp.tid()
+    first, size = lists.first[block], lists.size[block]
     places = lists.neighbour.shape[1]
+    centre, radius = centre_of(points, first, size)
+    reach = distance + radius
     count = wp.int32(0)
-    for j in wp.hash_grid_query(grid, points.cell[i], real(1.0)):
-        if may_interact(points, i, j, distance):
+    for j in wp.hash_grid_query(grid, wp.cw_mul(centre, points.cells_per_length), reach / cell):
+        d = nearest_image(centre - points.position[j], points.period)
+        if wp.dot(d, d) < reach * reach and any_may_interact(points, first, size, j, distance):
             if count < places:
                 k = count
-                while k > 0 and lists.neighbour[i, wp.max(k - 1, 0)] > j:
-                    lists.neighbour[i, k] = lists.neighbour[i, k - 1]
+                while k > 0 and lists.neighbour[block, wp.max(k - 1, 0)] > j:
+                    lists.neighbour[block, k] = lists.neighbour[block, k - 1]
                     k -= 1
-                lists.neighbour[i, k] = j
+                lists.neighbour[block, k] = j
             count += 1
-    lists.count[i] = count
+    lists.count[block] = count

@@ -15,7 +15,7 @@ import warp as wp
 
 from warp_rods.kernels.contact.box import nearest_image
 from warp_rods.kernels.contact.cutoff import CUTOFF as CUTOFF
-from warp_rods.kernels.contact.neighbour_list import Lists, Points
+from warp_rods.kernels.contact.neighbour_list import Lists, Points, are_close_along
 from warp_rods.kernels.layout import Matrices1D, Matrices2D, Scalars1D, Vectors1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -67,15 +67,16 @@ def stiffness_along(square: real, P: real, y: Yukawa) -> real:
 def sum_pairs(points: Points, lists: Lists, yukawa: Yukawa, first: int, sums: PairSums):
     """Force, energy and stiffness per length at every point from ``first`` on."""
     i = first + wp.tid()
+    block = lists.block[i]
     x = points.position[i]
     force = wp.vec3d()
     energy = real(0.0)
     stiffness = wp.mat33d()
-    for n in range(lists.count[i]):
-        j = lists.neighbour[i, n]
+    for n in range(lists.count[block]):
+        j = lists.neighbour[block, n]
         d = nearest_image(x - points.position[j], points.period)
         square = wp.dot(d, d)
-        if square < yukawa.cutoff_square:
+        if square < yukawa.cutoff_square and not are_close_along(points, i, j):
             G, P = pair_potential(square, yukawa)
             w = points.weight[j]
             force += d * (w * P)

@@ -7,20 +7,22 @@ result is not valid keeps its last state and gets a status; the other rods conti
 import warp as wp
 
 from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.free.load import contact_error, step_velocity
+from warp_rods.kernels.free.formulas import formulas_of
+from warp_rods.kernels.free.load import contact_errors, keep_velocity, step_velocity
 from warp_rods.kernels.free.motion import (
+    find_midpoint_rates,
     foretold_midpoint,
     frame_error,
-    midpoint_rates,
     push_rates,
     stepped_midpoint,
     store_midpoint,
 )
-from warp_rods.kernels.free.outcome import error_of_step, status_of, store_shape
+from warp_rods.kernels.free.outcome import find_errors, find_statuses, store_shape
 from warp_rods.kernels.free.state import Balance, Contact, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
+from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
-from warp_rods.kernels.multistep import INFINITE, Pace, formula_of, push_time, times_of
+from warp_rods.kernels.multistep import Pace, formula_of, push_time, times_of
 from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
@@ -28,37 +30,25 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.kernel
 def predict(rods: Swimmers, now: Shape, past: Past, pace: Pace, clock: Scalars1D, trial: Trial, star: Shape):
-    """When the step ends, its order, and the extrapolated shape x*, that of now for a frozen rod; ``dim = rods``."""
-    rod = wp.tid()
-    at = times_of(pace, rod)
-    t = at[0] + clock[STEP]
-    order = wp.min(pace.levels[rod], 2)
-    formula = formula_of(at, order, t)
-    trial.end[rod] = t
-    trial.order[rod] = order
-    trial.rate[rod] = formula.rate
-    trial.error[rod] = real(-1.0)
-    if rods.status[rod] != OK:
-        formula = formula_of(at, 1, t)
-    find_value(rod, formula.value, now, past, star)
+    """When the step ends, its order, and the extrapolated shape x*, that of now for a frozen rod; ``dim = tiles``."""
+    tile = wp.tid()
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        trial.end[rod] = pace.at[rod, 0] + clock[STEP]
+        trial.order[rod] = wp.min(pace.levels[rod], 2)
+        if rods.status[rod] != OK:
+            trial.order[rod] = 1
+        trial.error[rod] = real(-1.0)
+    find_value(tile, formulas_of(tile, pace, trial).value, now, past, star)
 
 
 @wp.kernel
 def predict_midpoint(
-    rods: Swimmers,
-    pace: Pace,
-    midpoint: Midpoint,
-    trial: Trial,
-    rotation: Matrices1D,
-    position: Vectors1D,
-    angle: Scalars1D,
+    pace: Pace, midpoint: Midpoint, trial: Trial, rotation: Matrices1D, position: Vectors1D, angle: Scalars1D
 ):
     """The extrapolated middle frame, that of now for a frozen rod; ``dim = rods``."""
     rod = wp.tid()
-    order = trial.order[rod]
-    if rods.status[rod] != OK:
-        order = 1
-    R, r, theta = foretold_midpoint(rod, midpoint, formula_of(times_of(pace, rod), order, trial.end[rod]))
+    R, r, theta = foretold_midpoint(rod, midpoint, formula_of(times_of(pace, rod), trial.order[rod], trial.end[rod]))
     rotation[rod] = R
     position[rod] = r
     angle[rod] = theta
@@ -77,31 +67,59 @@ def try_step(
     slope: Shape,
     balance: Balance,
 ):
-    """From x* to the shape at the end of the step, with its status and its error; ``dim = rods``."""
-    rod = wp.tid()
-    if rods.status[rod] != OK:
-        return
-    at = times_of(pace, rod)
-    t = trial.end[rod]
-    order = trial.order[rod]
-    formula = formula_of(at, order, t)
-    find_slope(rod, formula.slope, now, past, slope)
-    step_shape(rod, rods, star, slope, formula.rate, balance)
-    omega, u, roll_rate = midpoint_rates(rod, rods, star, balance)
-    status = status_of(rod, rods, star)
-    error = INFINITE
-    if status == OK:
-        error = error_of_step(rod, at, pace.levels[rod], order, t, now, past, star)
-        if rods.forced == 1:
-            error = wp.max(error, frame_error(rod, pace, midpoint, order, t, omega, u))
+    """From x* to the shape at the end of the step, with its status and its error; ``dim = tiles``."""
+    tile = wp.tid()
+    formulas = formulas_of(tile, pace, trial)
+    find_slope(tile, formulas.slope, now, past, slope)
+    step_shape(tile, rods, star, slope, formulas.rate, balance)
+    find_midpoint_rates(tile, rods, star, balance, trial)
+    find_statuses(tile, rods, star, trial)
+    find_errors(tile, pace, trial, now, past, star)
+    if rods.forced == 1:
+        count_frame_errors(tile, pace, midpoint, trial)
     if contact.present == 1:
-        error = wp.max(error, contact_error(rod, rods, contact, balance, t - at[0]))
-        step_velocity(rod, contact, balance, formula.rate * (t - at[0]))
-    trial.status[rod] = status
-    trial.error[rod] = error
-    trial.angular_velocity[rod] = omega
-    trial.velocity[rod] = u
-    trial.roll_rate[rod] = roll_rate
+        dt = lengths_of(tile, pace, trial)
+        count_errors(tile, contact_errors(tile, rods, contact, balance, dt), trial)
+        step_velocity(tile, contact, balance, formulas.rate, dt)
+    forget_frozen(tile, rods, trial)
+
+
+@wp.func
+def count_frame_errors(tile: int, pace: Pace, midpoint: Midpoint, trial: Trial):
+    """Let errors of steps count those of the middle frame."""
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        omega, u = trial.angular_velocity[rod], trial.velocity[rod]
+        error = frame_error(rod, pace, midpoint, trial.order[rod], trial.end[rod], omega, u)
+        trial.error[rod] = wp.max(trial.error[rod], error)
+
+
+@wp.func
+def count_errors(tile: int, errors: Lanes, trial: Trial):
+    """Let errors of steps count these."""
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        trial.error[rod] = wp.max(trial.error[rod], errors[lane])
+
+
+@wp.func
+def lengths_of(tile: int, pace: Pace, trial: Trial):
+    """Δt of the steps."""
+    dt = Lanes(real(1.0))
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        dt[lane] = trial.end[rod] - pace.at[rod, 0]
+    return dt
+
+
+@wp.func
+def forget_frozen(tile: int, rods: Swimmers, trial: Trial):
+    """A frozen rod takes no step: its error is none, its status stays."""
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        if rods.status[rod] != OK:
+            trial.status[rod] = rods.status[rod]
+            trial.error[rod] = real(-1.0)
 
 
 @wp.kernel
@@ -116,26 +134,34 @@ def accept_step(
     star: Shape,
     failed_at: Scalars1D,
 ):
-    """Make the result of the step the present state, or freeze a rod without a valid one; ``dim = rods``."""
-    rod = wp.tid()
-    if rods.status[rod] != OK:
-        return
-    if trial.status[rod] != OK:
-        rods.status[rod] = trial.status[rod]
-        failed_at[rod] = pace.at[rod, 0]
-        return
+    """Make the result of the step the present state, or freeze a rod without a valid one; ``dim = tiles``."""
+    tile = wp.tid()
+    accepted = Lanes()
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        if rods.status[rod] == OK:
+            if trial.status[rod] == OK:
+                accepted[lane] = real(1.0)
+                accept_midpoint(rod, midpoint, pace, trial)
+            else:
+                rods.status[rod] = trial.status[rod]
+                failed_at[rod] = pace.at[rod, 0]
+    store_shape(tile, accepted, star, now, past)
+    if contact.present == 1:
+        keep_velocity(tile, accepted, contact)
+
+
+@wp.func
+def accept_midpoint(rod: int, midpoint: Midpoint, pace: Pace, trial: Trial):
+    """Advance the middle frame and the time of a rod to the end of the step."""
     t = trial.end[rod]
     formula = formula_of(times_of(pace, rod), trial.order[rod], t)
     omega, u, roll_rate = trial.angular_velocity[rod], trial.velocity[rod], trial.roll_rate[rod]
     R, r, angle = stepped_midpoint(rod, midpoint, formula, omega, u, roll_rate)
     store_midpoint(rod, midpoint, R, r, angle)
     push_rates(rod, midpoint, omega, u, roll_rate)
-    store_shape(rod, star, now, past)
     push_time(pace, rod, t, trial.error[rod])
     pace.order[rod] = formula.order
-    if contact.present == 1:
-        for node in range(contact.velocity.shape[1]):
-            contact.velocity[rod, node] = contact.velocity_tried[rod, node]
 
 
 @wp.kernel

@@ -2,48 +2,31 @@
 
 import warp as wp
 
+from warp_rods.kernels.free.levels import differences, levels_in
 from warp_rods.kernels.free.state import Past, Shape
+from warp_rods.kernels.lanes import Lanes, add, div, dot, larger, mul, sqrt, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
-from warp_rods.kernels.multistep import Levels, combine
+from warp_rods.kernels.multistep import Weights
 
 wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def error_of(rod: int, w: Levels, now: Shape, past: Past, star: Shape):
+def error_of(tile: int, w: Weights, now: Shape, past: Past, star: Shape):
     """Root mean square of x − Σ w_j x_j over the nodes: of the strains over 1 + their own, or of f if larger."""
-    strain, distance, activity = real(0.0), real(0.0), real(0.0)
+    strain, distance, activity = Lanes(), Lanes(), Lanes()
     nodes = now.twist.shape[1]
+    levels = levels_in(w)
     for node in range(nodes):
-        k = star.bending[rod, node]
-        tau = star.twist[rod, node]
-        dk = k - combine(
-            w,
-            now.bending[rod, node],
-            past.first.bending[rod, node],
-            past.second.bending[rod, node],
-            past.third.bending[rod, node],
-            past.fourth.bending[rod, node],
-        )
-        dtau = tau - combine(
-            w,
-            now.twist[rod, node],
-            past.first.twist[rod, node],
-            past.second.twist[rod, node],
-            past.third.twist[rod, node],
-            past.fourth.twist[rod, node],
-        )
-        df = star.activity[rod, node] - combine(
-            w,
-            now.activity[rod, node],
-            past.first.activity[rod, node],
-            past.second.activity[rod, node],
-            past.third.activity[rod, node],
-            past.fourth.activity[rod, node],
-        )
-        strain += wp.dot(k, k) + tau * tau
-        distance += wp.dot(dk, dk) + dtau * dtau
+        k = star.bending[tile, node]
+        tau = star.twist[tile, node]
+        sum_k, sum_tau, sum_f = differences(tile, node, w, levels, now, past)
+        dk = (k - now.bending[tile, node]) - sum_k
+        dtau = (tau - now.twist[tile, node]) - sum_tau
+        df = (star.activity[tile, node] - now.activity[tile, node]) - sum_f
+        strain += dot(k, k) + tau * tau
+        distance += dot(dk, dk) + dtau * dtau
         activity += df * df
     count = real(nodes)
-    relative = wp.sqrt(distance / count) / (real(1.0) + wp.sqrt(strain / count))
-    return wp.max(relative, wp.sqrt(activity / count))
+    relative = sqrt(distance / count) / (real(1.0) + sqrt(strain / count))
+    return larger(relative, sqrt(activity / count))

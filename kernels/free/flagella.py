@@ -2,12 +2,13 @@
 
 A law gives ``source`` and ``sink`` in ``τf ∂f/∂t = source − sink f + D f''``. The sink is implicit in time: write what
 opposes f there. To add a law, add a number, a function and a branch of ``reaction`` here, and a row with its parameters
-to the table in ``warp_rods/scene/flagella.py``.
+to the table in ``warp_rods/scene/flagella.py``. Fields are those of a tile of
+rods (``kernels/lanes.py``): take ``where`` for ``if``; ``parameters[0]`` is the first parameter.
 """
 
 import warp as wp
 
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.lanes import Block, Lanes, add, div, mul, sub  # noqa: F401 (operators)
 
 wp.set_module_options({"enable_backward": False})
 
@@ -16,14 +17,14 @@ HELD = wp.constant(1)
 
 
 @wp.func
-def relaxing(activity: real, axial_velocity: real, parameters: wp.vec4d):
+def relaxing(activity: Lanes, axial_velocity: Lanes, parameters: Block):
     """Flagella align with the flow along the body: ``(1 − f²) u0`` (4.12)."""
     return axial_velocity, activity * axial_velocity
 
 
 @wp.func
-def reaction(law: int, activity: real, axial_velocity: real, parameters: wp.vec4d):
+def reaction(law: int, activity: Lanes, axial_velocity: Lanes, parameters: Block):
     """(source, sink) of a law at a node, from f, the tangential velocity u0 and the parameters of the law."""
     if law == RELAXING:
         return relaxing(activity, axial_velocity, parameters)
-    return real(0.0), real(0.0)
+    return Lanes(), Lanes()

@@ -1,96 +1,147 @@
-"""External forces and contact on active rods, in their Bishop frame (docs/model.md §2.4).
+"""External forces and contact on active rods, in their Bishop frame (docs/model.md §2.4, ``contact_drag.py``).
 
-Contact with the force F(r) and the stiffness K = −∂F/∂r at the extrapolated places r* would be implicit with
-F(r*) − K (r − r*) for F. As both nodes of a pair move, take 2K. The formula of a step is u = a (r − r*) + v, where v is
-the velocity Σ d_j r_j, so that contact becomes a drag D = 2K/a::
+With the velocity v = Σ d_j r_j that belongs to r*, the formula of a step is u = a (r − r*) + v, so that what holds a
+node back from leaving r** = r* + θ (r − r*)ⁿ is a drag::
 
-    F(r*) − D (u − v),      v ← v + (u − v)/(a Δt)
+    F(r*) − D (u − v**),     v** = v + a θ (r − r*)ⁿ,     v ← v + (u − v)/(a Δt)
 
-v is carried from step to step as its own velocities give it; from places in space it would differ from u by terms of
-second order in Δs. Drag along and drag across are kept apart: D is replaced by the block-diagonal matrix
-(D00 + |D0⊥|, D⊥⊥ + D⊥0 D0⊥/|D0⊥|), which is not less than D and vanishes where D does, so that rods slide freely.
+v and r − r* are carried from step to step as the rod's own velocities give them; from places in space they would
+differ from u by terms of second order in Δs. Drag along and drag across are kept apart: K is replaced by the
+block-diagonal matrix (K00 + |K0⊥|, K⊥⊥ + K⊥0 K0⊥/|K0⊥|), which is not less than K and vanishes where K does, so that
+rods slide freely.
 """
 
 import warp as wp
 
+from warp_rods.kernels.contact_drag import (
+    Alternating,
+    alternating,
+    drag_for,
+    drag_in_plane,
+    principal,
+    share_foretold,
+)
+from warp_rods.kernels.free.formulas import formulas_of
 from warp_rods.kernels.free.state import Balance, Contact, Load, Swimmers, Trial
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    Lanes,
+    Vector,
+    add,
+    block,
+    div,
+    dot,
+    larger,
+    mul,
+    pair,
+    sqrt,
+    sub,
+    transposed_times,
+    vector,
+    where,
+)
+from warp_rods.kernels.lanes import load as of_tile
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
+from warp_rods.kernels.multistep import Pace
 
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.func
-def body_force(rod: int, node: int, rotation: Matrices2D, force: Vectors2D):
-    """Components in the Bishop frame of a force in space."""
-    return wp.transpose(rotation[rod, node]) * force[rod, node]
-
-
-@wp.func
-def contact_drag(rod: int, node: int, rotation: Matrices2D, stiffness: Matrices2D, scale: real):
-    """Drag along and across, the blocks of a matrix that is not less than ``scale`` K."""
-    R = rotation[rod, node]
-    D = scale * (wp.transpose(R) * stiffness[rod, node] * R)
-    coupling = wp.vec2d(D[0, 1], D[0, 2])
-    size = wp.length(coupling)
-    across = wp.mat22d(D[1, 1], D[1, 2], D[1, 2], D[2, 2])
-    if size > real(0.0):
-        across += wp.outer(coupling, coupling) / size
-    return D[0, 0] + size, across
-
-
 @wp.kernel
 def find_force(rotation: Matrices2D, force: Vectors2D, load: Load):
-    """The load of an external force in space; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    here = body_force(rod, node, rotation, force)
-    load.transverse_force[rod, node] = wp.vec2d(here[1], here[2])
-    if node < force.shape[1] - 1:
-        load.axial_force[rod, node] = real(0.5) * (here[0] + body_force(rod, node + 1, rotation, force)[0])
+    """The load of an external force in space; ``dim = tiles``."""
+    tile = wp.tid()
+    before = Lanes()
+    for node in range(force.shape[1]):
+        here = transposed_times(of_tile(rotation, tile, node), of_tile(force, tile, node))
+        load.transverse_force[tile, node] = pair(here[1], here[2])
+        if node > 0:
+            load.axial_force[tile, node - 1] = real(0.5) * (before + here[0])
+        before = here[0]
+
+
+@wp.func
+def stiffness_blocks(tile: int, node: int, rotation: Matrices2D, stiffness: Matrices2D):
+    """Stiffness along and across (K11, K12, K22), the blocks of a matrix that is not less than K."""
+    R = of_tile(rotation, tile, node)
+    K = transposed_times(R, of_tile(stiffness, tile, node) * R)
+    size = sqrt(K[1] * K[1] + K[2] * K[2])
+    per_size = where(size, real(1.0) / size, Lanes())
+    first, second = K[1] * per_size, K[2] * per_size
+    return K[0] + size, vector(K[4] + first * K[1], K[5] + first * K[2], K[8] + second * K[2])
+
+
+@wp.func
+def node_drag(along: Lanes, across: Vector, ratio: Lanes, terms: Alternating):
+    """Drag along, drag across, and θ of a node; the own drag is 1 along and ``ratio`` across."""
+    one, two = Lanes(real(1.0)), real(2.0)
+    kappa = principal(across)
+    share = share_foretold(larger(two * along, (kappa[0] + kappa[1]) / ratio), one, terms)
+    return drag_for(two * along, one, share, terms), drag_in_plane(across, ratio, share, terms), share
 
 
 @wp.kernel
-def add_contact_drag(rotation: Matrices2D, contact: Contact, trial: Trial, load: Load):
-    """Add contact as drag, D = 2K/a, and the force D v; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    scale = real(2.0) / trial.rate[rod]
-    along, across = contact_drag(rod, node, rotation, contact.stiffness, scale)
-    v = contact.velocity[rod, node]
-    load.transverse_drag[rod, node] = across
-    load.transverse_force[rod, node] = load.transverse_force[rod, node] + across * wp.vec2d(v[1], v[2])
-    if node < contact.velocity.shape[1] - 1:
-        along_next, _across = contact_drag(rod, node + 1, rotation, contact.stiffness, scale)
-        drag = real(0.5) * (along + along_next)
-        load.axial_drag[rod, node] = drag
-        load.axial_force[rod, node] = load.axial_force[rod, node] + drag * v[0]
-
-
-@wp.func
-def step_velocity(rod: int, contact: Contact, balance: Balance, scale: real):
-    """v at the end of the step; scale: a Δt."""
+def add_contact_drag(rods: Swimmers, rotation: Matrices2D, pace: Pace, trial: Trial, contact: Contact, load: Load):
+    """Add contact as the drag D and the force D v**; ``dim = tiles``."""
+    tile = wp.tid()
+    formulas = formulas_of(tile, pace, trial)
+    terms = alternating(tile, pace, trial.order, trial.end, formulas.value, formulas.slope, formulas.rate)
+    beyond = terms.rate * terms.ratio
+    half = real(0.5)
+    along_before, share_before = Lanes(), Lanes()
     for node in range(contact.velocity.shape[1]):
-        v = contact.velocity[rod, node]
-        across = balance.transverse_velocity[rod, node]
-        u = wp.vec3d(balance.axial_velocity[rod, node], across[0], across[1])
-        contact.velocity_tried[rod, node] = v + (u - v) / scale
+        K_along, K_across = stiffness_blocks(tile, node, rotation, contact.stiffness)
+        along, D, share = node_drag(K_along, K_across, rods.drag_ratio[tile], terms)
+        v = contact.velocity[tile, node] + (beyond * share) * contact.lag[tile, node]
+        across = block(D[0], D[1], D[1], D[2])
+        load.transverse_drag[tile, node] = across
+        load.transverse_force[tile, node] += across * pair(v[1], v[2])
+        contact.foretold[tile, node] = v
+        if node > 0:
+            drag = half * (along_before + along)
+            v0 = contact.velocity[tile, node - 1][0]
+            v0 += beyond * (half * (share_before + share)) * contact.lag[tile, node - 1][0]
+            load.axial_drag[tile, node - 1] = drag
+            load.axial_force[tile, node - 1] += drag * v0
+            before = contact.foretold[tile, node - 1]
+            contact.foretold[tile, node - 1] = vector(v0, pair(before[1], before[2]))
+        along_before = along
+        share_before = share
 
 
 @wp.func
-def contact_error(rod: int, rods: Swimmers, contact: Contact, balance: Balance, dt: real):
-    """Error of a step in places: what D (u − v)/2 would move the nodes on the average, against drag and D.
+def step_velocity(tile: int, contact: Contact, balance: Balance, rate: Lanes, dt: Lanes):
+    """v and r − r* at the end of the step; rate: a."""
+    for node in range(contact.velocity.shape[1]):
+        v = contact.velocity[tile, node]
+        u = vector(balance.axial_velocity[tile, node], balance.transverse_velocity[tile, node])
+        lag = (u - v) / rate
+        contact.lag_tried[tile, node] = lag
+        contact.velocity_tried[tile, node] = v + lag / dt
 
-    Half of D stands for the other node of a pair. Where that moves alike, or is a wall, this half is in error.
-    """
-    total = real(0.0)
+
+@wp.func
+def keep_velocity(tile: int, accepted: Lanes, contact: Contact):
+    """Take v and r − r* of the step tried as those of the last step, of the rods where ``accepted`` is not zero."""
+    for node in range(contact.velocity.shape[1]):
+        v, lag = contact.velocity_tried[tile, node], contact.lag_tried[tile, node]
+        contact.velocity[tile, node] = where(accepted, v, contact.velocity[tile, node])
+        contact.lag[tile, node] = where(accepted, lag, contact.lag[tile, node])
+
+
+@wp.func
+def contact_errors(tile: int, rods: Swimmers, contact: Contact, balance: Balance, dt: Lanes):
+    """Errors of a step in places: what D (u − v**) would move the nodes on the average, against drag and D."""
+    total = Lanes()
     nodes = contact.velocity.shape[1]
     for node in range(nodes):
-        v = contact.velocity[rod, node]
-        drag = balance.load.axial_drag[rod, node]
-        along = drag * (balance.axial_velocity[rod, node] - v[0]) / (real(1.0) + drag)
-        lag = balance.transverse_velocity[rod, node] - wp.vec2d(v[1], v[2])
-        D = balance.load.transverse_drag[rod, node]
-        across = D * lag / (rods.drag_ratio[rod] + wp.trace(D))
-        total += wp.sqrt(along * along + wp.dot(across, across))
-    return real(0.5) * dt * total / real(nodes)
+        v = contact.foretold[tile, node]
+        drag = balance.load.axial_drag[tile, node]
+        along = drag * (balance.axial_velocity[tile, node] - v[0]) / (real(1.0) + drag)
+        D = balance.load.transverse_drag[tile, node]
+        across = D * (balance.transverse_velocity[tile, node] - pair(v[1], v[2]))
+        across = across / (rods.drag_ratio[tile] + D[0] + D[3])
+        total += sqrt(along * along + dot(across, across))
+    return dt * total / real(nodes)
 
 
 def force_field(function):

@@ -8,7 +8,8 @@ and stiff ones are stable only if both are advanced alike.
 import warp as wp
 
 from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
-from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers
+from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers, Trial
+from warp_rods.kernels.lanes import WIDTH, add, mul, rods_in  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import orthonormalise, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import RATES, levels_of_rates, mean_over, rate_at, twist_over
@@ -18,18 +19,20 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def midpoint_rates(rod: int, rods: Swimmers, shape: Shape, balance: Balance):
+def find_midpoint_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, trial: Trial):
     """(ω, u) of the middle node in its Bishop frame, and ω0 of the material there."""
     half = real(0.5)
     node = shape.twist.shape[1] // 2
-    omega = half * (balance.angular_velocity[rod, node - 1] + balance.angular_velocity[rod, node])
-    u = balance.transverse_velocity[rod, node]
-    u0 = axial_velocity_at_node(rod, node, balance)
-    roll_rate = half * (roll_rate_after(rod, node - 1, rods, shape) + roll_rate_after(rod, node, rods, shape))
-    zero = real(0.0)
-    if rods.symmetric == 1:  # (C.53), (C.54)
-        return wp.vec3d(zero, omega[0], zero), wp.vec3d(zero, u[0], zero), zero
-    return wp.vec3d(zero, omega[0], omega[1]), wp.vec3d(u0, u[0], u[1]), roll_rate
+    omega = half * (balance.angular_velocity[tile, node - 1] + balance.angular_velocity[tile, node])
+    u = balance.transverse_velocity[tile, node]
+    u0 = axial_velocity_at_node(tile, node, balance)
+    roll_rate = half * (roll_rate_after(tile, node - 1, rods, shape) + roll_rate_after(tile, node, rods, shape))
+    free = real(1 - rods.symmetric)  # (C.53), (C.54)
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        trial.angular_velocity[rod] = wp.vec3d(real(0.0), omega[0, lane], free * omega[1, lane])
+        trial.velocity[rod] = wp.vec3d(free * u0[lane], u[0, lane], free * u[1, lane])
+        trial.roll_rate[rod] = free * roll_rate[lane]
 
 
 @wp.func

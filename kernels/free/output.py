@@ -5,9 +5,28 @@ A step without external forces needs none of it, so it is computed when it is re
 
 import warp as wp
 
+from warp_rods.kernels.cells import advance_cell
 from warp_rods.kernels.free.rod import activity_terms, bending_rate, roll_rate_after, solve_balance
 from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers
-from warp_rods.kernels.layout import Matrices2D, Pairs2D, Quaternions2D, Scalars1D, Scalars2D, Vectors2D, real
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    WIDTH,
+    Lanes,
+    Lanes1D,
+    Lanes2D,
+    Pairs,
+    add,
+    div,
+    dot,
+    load,
+    mul,
+    number_of,
+    pair_of,
+    rods_in,
+    store,
+    sub,
+    vector,
+)
+from warp_rods.kernels.layout import Matrices2D, Quaternions2D, Scalars1D, Vectors2D, real
 from warp_rods.kernels.lie import quaternion
 
 wp.set_module_options({"enable_backward": False})
@@ -15,87 +34,107 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.struct
 class Output:
-    """Rates of change [rod, node], energy and powers [rod] of the present shape."""
+    """Rates of change [tile, node], energy and powers [tile] of the present shape."""
 
-    bending_rate: Pairs2D
-    twist_rate: Scalars2D
-    activity_rate: Scalars2D
-    energy_density: Scalars2D
-    energy: Scalars1D  # ½ ∫ b|k|² + c τ² ds
-    dissipation: Scalars1D  # ∫ u0² + η|u⊥|² + ηr ω0² ds
-    power: Scalars1D  # ∫ f u0 + M f ω0 + f_ext·u ds
+    bending_rate: Pairs
+    twist_rate: Lanes2D
+    activity_rate: Lanes2D
+    energy_density: Lanes2D
+    energy: Lanes1D  # ½ ∫ b|k|² + c τ² ds
+    dissipation: Lanes1D  # ∫ u0² + η|u⊥|² + ηr ω0² ds
+    power: Lanes1D  # ∫ f u0 + M f ω0 + f_ext·u ds
 
 
 @wp.func
-def find_rates(rod: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+def find_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
     """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` of the equations discretised in s, from a solved balance."""
     last = shape.twist.shape[1] - 1
     for node in range(last + 1):
-        rate, _sink = activity_terms(rod, node, rods, shape, balance)
-        output.activity_rate[rod, node] = rate / rods.relaxation[rod]
+        rate, _sink = activity_terms(tile, node, rods, shape, balance)
+        output.activity_rate[tile, node] = rate / rods.relaxation[tile]
     for node in range(1, last):
-        source = real(0.5) * (balance.twist_source[rod, node - 1] + balance.twist_source[rod, node])
-        slope = (roll_rate_after(rod, node, rods, shape) - roll_rate_after(rod, node - 1, rods, shape)) / rods.spacing
-        output.twist_rate[rod, node] = slope + source
-        output.bending_rate[rod, node] = bending_rate(rod, node, rods, shape.bending[rod, node], balance)
+        source = real(0.5) * (balance.twist_source[tile, node - 1] + balance.twist_source[tile, node])
+        slope = (roll_rate_after(tile, node, rods, shape) - roll_rate_after(tile, node - 1, rods, shape)) / rods.spacing
+        output.twist_rate[tile, node] = slope + source
+        output.bending_rate[tile, node] = bending_rate(tile, node, rods, shape.bending[tile, node], balance)
 
 
 @wp.func
-def find_energies(rod: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+def find_energies(tile: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
     """Energy, dissipation and power; ``dE/dt = power − dissipation`` holds to round-off for ``find_rates``."""
     half = real(0.5)
-    energy, dissipation, power = real(0.0), real(0.0), real(0.0)
+    energy, dissipation, power = Lanes(), Lanes(), Lanes()
     last = shape.twist.shape[1] - 1
     for node in range(last + 1):
-        k = shape.bending[rod, node]
-        tau = shape.twist[rod, node]
-        u = balance.transverse_velocity[rod, node]
+        k = shape.bending[tile, node]
+        tau = shape.twist[tile, node]
+        u = balance.transverse_velocity[tile, node]
         weight = real(1.0)
         if node == 0 or node == last:
             weight = half
-        density = half * (rods.bending_stiffness[rod] * wp.dot(k, k) + rods.twist_stiffness[rod] * tau * tau)
-        output.energy_density[rod, node] = density
+        density = half * (rods.bending_stiffness[tile] * dot(k, k) + rods.twist_stiffness[tile] * tau * tau)
+        output.energy_density[tile, node] = density
         energy += density
-        dissipation += weight * rods.drag_ratio[rod] * wp.dot(u, u)
-        power += weight * wp.dot(balance.load.transverse_force[rod, node], u)
+        dissipation += weight * rods.drag_ratio[tile] * dot(u, u)
+        power += weight * dot(balance.load.transverse_force[tile, node], u)
     for node in range(last):
-        u0 = balance.axial_velocity[rod, node]
-        roll_rate = roll_rate_after(rod, node, rods, shape)
-        f = half * (shape.activity[rod, node] + shape.activity[rod, node + 1])
-        dissipation += u0 * u0 + rods.rotational_drag[rod] * roll_rate * roll_rate
-        power += (f + balance.load.axial_force[rod, node]) * u0 + rods.moment[rod] * f * roll_rate
-    output.energy[rod] = rods.spacing * energy
-    output.dissipation[rod] = rods.spacing * dissipation
-    output.power[rod] = rods.spacing * power
+        u0 = balance.axial_velocity[tile, node]
+        roll_rate = roll_rate_after(tile, node, rods, shape)
+        f = half * (shape.activity[tile, node] + shape.activity[tile, node + 1])
+        dissipation += u0 * u0 + rods.rotational_drag[tile] * roll_rate * roll_rate
+        power += (f + balance.load.axial_force[tile, node]) * u0 + rods.moment[tile] * f * roll_rate
+    output.energy[tile] = rods.spacing * energy
+    output.dissipation[tile] = rods.spacing * dissipation
+    output.power[tile] = rods.spacing * power
 
 
 @wp.kernel
 def find_output(rods: Swimmers, shape: Shape, balance: Balance, output: Output):
-    """Solve the balance of the present shape under ``balance.load``, then find ``output``; ``dim = rods``."""
-    rod = wp.tid()
-    solve_balance(rod, rods, shape, balance)
-    find_rates(rod, rods, shape, balance, output)
-    find_energies(rod, rods, shape, balance, output)
-
-
-@wp.kernel
-def set_bishop_strain(shape: Shape, midpoint: Midpoint, strain: Vectors2D, rotation: Matrices2D, position: Vectors2D):
-    """Strains of the Bishop frame, and the middle frame from which frames are integrated; ``dim = (rods, nodes)``."""
-    rod, node = wp.tid()
-    k = shape.bending[rod, node]
-    strain[rod, node] = wp.vec3d(real(0.0), k[0], k[1])
-    if node == shape.twist.shape[1] // 2:
-        rotation[rod, node] = midpoint.rotation[rod]
-        position[rod, node] = midpoint.position[rod]
+    """Solve the balance of the present shape under ``balance.load``, then find ``output``; ``dim = tiles``."""
+    tile = wp.tid()
+    solve_balance(tile, rods, shape, balance)
+    find_rates(tile, rods, shape, balance, output)
+    find_energies(tile, rods, shape, balance, output)
 
 
 @wp.func
-def angle_from_midpoint(rod: int, node: int, ds: real, twist: Scalars2D):
+def mean_strain(tile: int, node: int, shape: Shape):
+    """The mean strain of the Bishop frame between a node and the next."""
+    return vector(Lanes(), real(0.5) * (shape.bending[tile, node] + shape.bending[tile, node + 1]))
+
+
+@wp.kernel
+def lay_out(shape: Shape, spacing: Scalars1D, middle: Midpoint, rotation: Matrices2D, position: Vectors2D):
+    """Frames of all nodes from those of the middle outwards (2.48), (D.77); ``dim = tiles``."""
+    tile = wp.tid()
+    node = shape.twist.shape[1] // 2
+    ds = Lanes(spacing[0])
+    for lane in range(rods_in(tile, rotation.shape[0])):
+        rod = tile * WIDTH + lane
+        rotation[rod, node] = middle.rotation[rod]
+        position[rod, node] = middle.position[rod]
+    R = load(rotation, tile, node)
+    r = load(position, tile, node)
+    for i in range(node, shape.twist.shape[1] - 1):
+        R, r = advance_cell(R, r, mean_strain(tile, i, shape), ds)
+        store(rotation, tile, i + 1, R)
+        store(position, tile, i + 1, r)
+    R = load(rotation, tile, node)
+    r = load(position, tile, node)
+    for back in range(node):
+        i = node - 1 - back
+        R, r = advance_cell(R, r, mean_strain(tile, i, shape), -ds)
+        store(rotation, tile, i, R)
+        store(position, tile, i, r)
+
+
+@wp.func
+def angle_from_midpoint(rod: int, node: int, ds: real, twist: Lanes2D):
     """``∫ τ ds`` from the middle node to ``node``, by the trapezoid rule."""
     middle = twist.shape[1] // 2
-    total = real(0.5) * (twist[rod, middle] + twist[rod, node])
+    total = real(0.5) * (number_of(twist, rod, middle) + number_of(twist, rod, node))
     for between in range(wp.min(node, middle) + 1, wp.max(node, middle)):
-        total += twist[rod, between]
+        total += number_of(twist, rod, between)
     if node == middle:
         return real(0.0)
     return total * wp.where(node < middle, -ds, ds)
@@ -115,8 +154,8 @@ def find_material_frame(
     angle = midpoint.angle[rod] + angle_from_midpoint(rod, node, rods.spacing, shape.twist)
     c = wp.cos(angle)
     s = wp.sin(angle)
-    k = shape.bending[rod, node]
-    strain[rod, node] = wp.vec3d(shape.twist[rod, node], c * k[0] + s * k[1], c * k[1] - s * k[0])
+    k = pair_of(shape.bending, rod, node)
+    strain[rod, node] = wp.vec3d(number_of(shape.twist, rod, node), c * k[0] + s * k[1], c * k[1] - s * k[0])
     zero, one = real(0.0), real(1.0)
     R = rotation[rod, node] * wp.mat33d(one, zero, zero, zero, c, -s, zero, s, c)
     orientation[rod, node] = quaternion(R)

@@ -2,21 +2,19 @@
 
 import warp as wp
 
-from warp_rods.kernels.free.motion import (
-    carried_midpoint,
-    carry_midpoint,
-    midpoint_rates,
-    push_rates,
-)
-from warp_rods.kernels.free.outcome import error_of_step, shape_error, status_of, store_shape
-from warp_rods.kernels.free.state import Balance, Midpoint, Past, Shape, Swimmers
+from warp_rods.kernels.free.formulas import formulas_of
+from warp_rods.kernels.free.motion import carried_midpoint, carry_midpoint, find_midpoint_rates, push_rates
+from warp_rods.kernels.free.outcome import errors_of_order, find_errors, find_statuses, store_shape
+from warp_rods.kernels.free.state import Balance, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
+from warp_rods.kernels.lanes import WIDTH, Lanes, any_of, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.magnus import levels_of_rates
 from warp_rods.kernels.multistep import (
+    LEVELS,
     Pace,
+    Weights,
     choose_next,
-    formula_of,
     is_shortest,
     push_time,
     reject,
@@ -28,6 +26,94 @@ from warp_rods.kernels.status import OK, why_frozen
 
 wp.set_module_options({"enable_backward": False})
 
+OF_INVALID = wp.constant(real(1.0e6))
+"""The error of a step whose result is not valid, in units of what is allowed."""
+
+
+@wp.func
+def plan_steps(tile: int, rods: Swimmers, pace: Pace, target: real, trial: Trial):
+    """Ends and orders of the next steps; 1 for rods that take one, 0 for those that are frozen or have arrived."""
+    going = Lanes()
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        start = pace.at[rod, 0]
+        trial.order[rod] = 1
+        trial.end[rod] = start + real(1.0)
+        if rods.status[rod] == OK and start < target:
+            trial.order[rod] = pace.order[rod]
+            trial.end[rod] = start + pace.step[rod]
+            going[lane] = real(1.0)
+    return going
+
+
+@wp.func
+def may_lower(rod: int, pace: Pace):
+    """Whether an order less is worth a look."""
+    return pace.waited[rod] >= pace.order[rod] and pace.order[rod] > 1
+
+
+@wp.func
+def may_raise(rod: int, pace: Pace):
+    """Whether an order more is worth a look, and possible."""
+    order = pace.order[rod]
+    return pace.waited[rod] >= order and order < pace.highest_order[rod] and pace.levels[rod] > order + 1
+
+
+@wp.func
+def any_may_lower(tile: int, pace: Pace):
+    """``may_lower`` of any rod."""
+    for lane in range(rods_in(tile, pace.at.shape[0])):  # noqa: SIM110 (a Warp function)
+        if may_lower(tile * WIDTH + lane, pace):
+            return True
+    return False
+
+
+@wp.func
+def any_may_raise(tile: int, pace: Pace):
+    """``may_raise`` of any rod."""
+    for lane in range(rods_in(tile, pace.at.shape[0])):  # noqa: SIM110 (a Warp function)
+        if may_raise(tile * WIDTH + lane, pace):
+            return True
+    return False
+
+
+@wp.func
+def other_errors(tile: int, pace: Pace, trial: Trial, now: Shape, past: Past, star: Shape):
+    """Errors of steps of an order less and of one more; 0 where no rod of the tile may take them."""
+    lower, higher = Lanes(), Lanes()
+    if any_may_lower(tile, pace):
+        lower = errors_of_order(tile, -1, pace, trial, now, past, star)
+    if any_may_raise(tile, pace):
+        higher = errors_of_order(tile, 1, pace, trial, now, past, star)
+    return lower, higher
+
+
+@wp.func
+def reject_step(rod: int, rods: Swimmers, pace: Pace, unit: real, error: real, trial: Trial, failed_at: Scalars1D):
+    """Try a shorter step, or freeze a rod that has tried the shortest one."""
+    start = pace.at[rod, 0]
+    if is_shortest(trial.end[rod] - start, start, unit):
+        rods.status[rod] = why_frozen(trial.status[rod])
+        failed_at[rod] = start
+    reject(pace, rod, step_factor(error, pace.order[rod]))
+
+
+@wp.func
+def accept_step(rod: int, pace: Pace, midpoint: Midpoint, lower: real, same: real, higher: real, trial: Trial):
+    """Carry the middle frame to the end of the step, and choose the next one from the errors."""
+    order = pace.order[rod]
+    ready = pace.waited[rod] >= order
+    factor_lower, factor_higher = real(0.0), real(0.0)
+    if may_lower(rod, pace):
+        factor_lower = step_factor(lower, order - 1)
+    if may_raise(rod, pace):
+        factor_higher = step_factor(higher, order + 1)
+    push_time(pace, rod, trial.end[rod], real(0.0))
+    push_rates(rod, midpoint, trial.angular_velocity[rod], trial.velocity[rod], trial.roll_rate[rod])
+    carry_midpoint(rod, pace, midpoint)
+    if ready:
+        choose_next(pace, rod, factor_lower, step_factor(same, order), factor_higher)
+
 
 @wp.kernel
 def advance_past(
@@ -38,67 +124,69 @@ def advance_past(
     pace: Pace,
     target: Scalars1D,
     failed_at: Scalars1D,
+    trial: Trial,
     star: Shape,
     slope: Shape,
     balance: Balance,
 ):
     """Steps of every rod that is not frozen until it reaches the time ``target[0]``, each rod at its own pace.
 
-    ``target[1]`` is the error allowed in a step; ``dim = rods``.
+    ``target[1]`` is the error allowed in a step; ``dim = tiles``.
     """
-    rod = wp.tid()
-    while rods.status[rod] == OK and pace.at[rod, 0] < target[0]:
-        at = times_of(pace, rod)
-        order = pace.order[rod]
-        t = at[0] + pace.step[rod]
-        formula = formula_of(at, order, t)
-        find_value(rod, formula.value, now, past, star)
-        find_slope(rod, formula.slope, now, past, slope)
-        step_shape(rod, rods, star, slope, formula.rate, balance)
-        status = status_of(rod, rods, star)
-        levels = pace.levels[rod]
-        error = real(1.0e6)
-        if status == OK:
-            error = error_of_step(rod, at, levels, order, t, now, past, star) / target[1]
-        if not (error <= real(1.0)):
-            if is_shortest(t - at[0], at[0], target[2]):
-                rods.status[rod] = why_frozen(status)
-                failed_at[rod] = at[0]
-            reject(pace, rod, step_factor(error, order))
-        else:
-            same = step_factor(error, order)
-            lower, higher = real(0.0), real(0.0)
-            ready = pace.waited[rod] >= order
-            if ready and order > 1:
-                lower = step_factor(shape_error(rod, at, order - 1, t, now, past, star) / target[1], order - 1)
-            if ready and order < pace.highest_order[rod] and levels > order + 1:
-                higher = step_factor(shape_error(rod, at, order + 1, t, now, past, star) / target[1], order + 1)
-            omega, u, roll_rate = midpoint_rates(rod, rods, star, balance)
-            push_time(pace, rod, t, real(0.0))
-            push_rates(rod, midpoint, omega, u, roll_rate)
-            carry_midpoint(rod, pace, midpoint)
-            store_shape(rod, star, now, past)
-            if ready:
-                choose_next(pace, rod, lower, same, higher)
+    tile = wp.tid()
+    going = plan_steps(tile, rods, pace, target[0], trial)
+    while any_of(going):
+        formulas = formulas_of(tile, pace, trial)
+        find_value(tile, formulas.value, now, past, star)
+        find_slope(tile, formulas.slope, now, past, slope)
+        step_shape(tile, rods, star, slope, formulas.rate, balance)
+        find_midpoint_rates(tile, rods, star, balance, trial)
+        find_statuses(tile, rods, star, trial)
+        find_errors(tile, pace, trial, now, past, star)
+        lower, higher = other_errors(tile, pace, trial, now, past, star)
+        accepted = Lanes()
+        for lane in range(rods_in(tile, trial.end.shape[0])):
+            rod = tile * WIDTH + lane
+            error = trial.error[rod] / target[1]
+            if trial.status[rod] != OK:
+                error = OF_INVALID
+            if going[lane] != real(0.0):
+                if error <= real(1.0):
+                    accepted[lane] = real(1.0)
+                    accept_step(rod, pace, midpoint, lower[lane] / target[1], error, higher[lane] / target[1], trial)
+                else:
+                    reject_step(rod, rods, pace, target[2], error, trial, failed_at)
+        store_shape(tile, accepted, star, now, past)
+        going = plan_steps(tile, rods, pace, target[0], trial)
 
 
 @wp.kernel
-def show(
-    now: Shape,
-    past: Past,
+def show_shape(now: Shape, past: Past, pace: Pace, target: Scalars1D, shown: Shape):
+    """Shapes at the time ``target[0]`` within the last step of each rod, or at its end; ``dim = tiles``."""
+    tile = wp.tid()
+    w = Weights()
+    for lane in range(rods_in(tile, pace.at.shape[0])):
+        rod = tile * WIDTH + lane
+        at = times_of(pace, rod)
+        e = weights_at(at, wp.min(pace.order[rod] + 1, pace.levels[rod]), wp.min(target[0], at[0]))
+        for j in range(LEVELS):
+            w[j, lane] = e[j]
+    find_value(tile, w, now, past, shown)
+
+
+@wp.kernel
+def show_midpoint(
     midpoint: Midpoint,
     pace: Pace,
     target: Scalars1D,
-    shown: Shape,
     rotation: Matrices1D,
     position: Vectors1D,
     angle: Scalars1D,
 ):
-    """Shape and middle frame at the time ``target[0]`` within the last step, or at its end; ``dim = rods``."""
+    """Middle frames at the time ``target[0]`` within the last step of each rod, or at its end; ``dim = rods``."""
     rod = wp.tid()
     at = times_of(pace, rod)
     t = wp.min(target[0], at[0])
-    find_value(rod, weights_at(at, wp.min(pace.order[rod] + 1, pace.levels[rod]), t), now, past, shown)
     rotation[rod] = midpoint.rotation[rod]
     position[rod] = midpoint.position[rod]
     angle[rod] = midpoint.angle[rod]

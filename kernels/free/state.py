@@ -1,13 +1,12 @@
-"""The arrays of an ensemble of active rods, grouped as the kernels take them."""
+"""The arrays of an ensemble of active rods, grouped as the kernels take them: of tiles of rods, or of single rods."""
 
 import warp as wp
 
+from warp_rods.kernels.lanes import Block, Blocks, Lanes1D, Lanes2D, Pairs, Vectors
 from warp_rods.kernels.layout import (
-    Blocks2D,
     Integers1D,
     Matrices1D,
     Matrices2D,
-    Pairs2D,
     Scalars1D,
     Scalars2D,
     Vectors1D,
@@ -18,30 +17,31 @@ from warp_rods.kernels.layout import (
 
 @wp.struct
 class Swimmers:
-    """Parameters of an ensemble [rod], dimensionless as in docs/model.md §1.2, and the status of its rods."""
+    """Parameters of an ensemble [tile], dimensionless as in docs/model.md §1.2, and the status of its rods [rod]."""
 
-    bending_stiffness: Scalars1D  # β⊥
-    twist_stiffness: Scalars1D  # β∥
-    moment: Scalars1D  # M
-    drag_ratio: Scalars1D  # η
-    rotational_drag: Scalars1D  # ηr
-    relaxation: Scalars1D  # τf
-    diffusion: Scalars1D  # D
-    law: Integers1D  # law of the flagella: a number of ``flagella.py``
-    law_parameters: wp.array(dtype=wp.vec4d)  # parameters of that law
+    bending_stiffness: Lanes1D  # β⊥
+    twist_stiffness: Lanes1D  # β∥
+    moment: Lanes1D  # M
+    drag_ratio: Lanes1D  # η
+    rotational_drag: Lanes1D  # ηr
+    relaxation: Lanes1D  # τf
+    diffusion: Lanes1D  # D
+    law: int  # law of the flagella: a number of ``flagella.py``
+    law_parameters: wp.array(dtype=Block)  # four parameters of that law
     status: Integers1D  # OK, or why the rod was frozen
     spacing: real  # Δs
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
     forced: int  # 1: external forces or contact act on the rods
+    touched: int  # 1: contact may
 
 
 @wp.struct
 class Shape:
-    """The fields that are advanced in time [rod, node]: k of the Bishop frame, τ, f."""
+    """The fields that are advanced in time [tile, node]: k of the Bishop frame, τ, f."""
 
-    bending: Pairs2D
-    twist: Scalars2D
-    activity: Scalars2D
+    bending: Pairs
+    twist: Lanes2D
+    activity: Lanes2D
 
 
 @wp.struct
@@ -56,45 +56,52 @@ class Past:
 
 @wp.struct
 class Load:
-    """What acts on a rod from outside [rod, node], in its Bishop frame; drag is what contact adds to its own."""
+    """What acts on a rod from outside [tile, node], in its Bishop frame; drag is what contact adds to its own."""
 
-    axial_force: Scalars2D  # half nodes
-    transverse_force: Pairs2D
-    axial_drag: Scalars2D  # half nodes
-    transverse_drag: Blocks2D  # symmetric
+    axial_force: Lanes2D  # half nodes
+    transverse_force: Pairs
+    axial_drag: Lanes2D  # half nodes
+    transverse_drag: Blocks  # symmetric
 
 
 @wp.struct
 class Balance:
-    """Tension and velocities that balance forces and moments [rod, node], and workspace of the linear systems."""
+    """Tension and velocities that balance forces and moments [tile, node], and workspace of the linear systems."""
 
     load: Load  # given
-    axial_mobility: Scalars2D  # 1 over the drag along, half nodes
-    transverse_mobility: Blocks2D  # inverse of the drag across
-    axial_source: Scalars2D  # u0 without the tension, half nodes
-    transverse_source: Pairs2D  # u⊥ without the tension
-    tension: Scalars2D  # λ
-    axial_velocity: Scalars2D  # u0, half nodes
-    transverse_velocity: Pairs2D  # u⊥
-    angular_velocity: Pairs2D  # ω⊥, half nodes
-    twist_source: Scalars2D  # Im(k̄ ω⊥), half nodes
-    bishop_roll_rate: Scalars2D  # ω0 of the Bishop frame, 0 at the middle node
-    lower2: Scalars2D
-    lower: Scalars2D
-    diagonal: Scalars2D
-    upper: Scalars2D
-    upper2: Scalars2D
-    rhs: Scalars2D
-    rhs_pairs: Pairs2D
-    work: Scalars2D
-    work_pairs: Pairs2D
-    block_lower2: Blocks2D
-    block_lower: Blocks2D
-    block_diagonal: Blocks2D
-    block_upper: Blocks2D
-    block_upper2: Blocks2D
-    work_block: Blocks2D
-    work_block2: Blocks2D
+    axial_mobility: Lanes2D  # 1 over the drag along, half nodes
+    transverse_mobility: Blocks  # inverse of the drag across
+    axial_source: Lanes2D  # u0 without the tension, half nodes
+    transverse_source: Pairs  # u⊥ without the tension
+    tension: Lanes2D  # λ
+    axial_velocity: Lanes2D  # u0, half nodes
+    transverse_velocity: Pairs  # u⊥
+    angular_velocity: Pairs  # ω⊥, half nodes
+    twist_source: Lanes2D  # Im(k̄ ω⊥), half nodes
+    bishop_roll_rate: Lanes2D  # ω0 of the Bishop frame, 0 at the middle node
+    lower2: Lanes2D
+    lower: Lanes2D
+    diagonal: Lanes2D
+    upper: Lanes2D
+    upper2: Lanes2D
+    rhs: Lanes2D
+    rhs_pairs: Pairs
+    rhs_equal: Pairs
+    work: Lanes2D
+    work_pairs: Pairs
+    work_pairs2: Pairs
+    complex_lower2: Pairs
+    complex_lower: Pairs
+    complex_diagonal: Pairs
+    complex_upper: Pairs
+    complex_upper2: Pairs
+    block_lower2: Blocks
+    block_lower: Blocks
+    block_diagonal: Blocks
+    block_upper: Blocks
+    block_upper2: Blocks
+    work_block: Blocks
+    work_block2: Blocks
 
 
 @wp.struct
@@ -114,12 +121,15 @@ class Midpoint:
 
 @wp.struct
 class Contact:
-    """Stiffness of contact at the extrapolated state [rod, node], and the velocity that goes with that state."""
+    """Stiffness of contact at the extrapolated places r*, and the velocities with which steps treat it."""
 
     present: int  # 1: something writes the stiffness
-    stiffness: Matrices2D  # K, in space
-    velocity: Vectors2D  # v of the last step: v0 at the half node, v⊥ at the node
-    velocity_tried: Vectors2D  # that of the step that is tried
+    stiffness: Matrices2D  # K, in space [rod, node]
+    velocity: Vectors  # v of the last step [tile, node]: v0 at the half node, v⊥ at the node
+    lag: Vectors  # r − r* of the last step
+    velocity_tried: Vectors  # those of the step that is tried
+    lag_tried: Vectors
+    foretold: Vectors  # the velocity of r** in the step that is tried
 
 
 @wp.struct
@@ -128,7 +138,6 @@ class Trial:
 
     end: Scalars1D
     order: Integers1D
-    rate: Scalars1D  # a
     status: Integers1D
     error: Scalars1D
     angular_velocity: Vectors1D

@@ -13,13 +13,13 @@ from warp_rods.draw.usd.materials import energy_colours
 from warp_rods.errors import RunFolderError
 from warp_rods.membranes.mesh import triangulate
 from warp_rods.membranes.surfaces import make
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.trajectory import (
     FILAMENT_VARIABLES,
     STORE,
     SWIMMER_VARIABLES,
     GroupSpec,
     TrajectoryWriter,
-    open_run,
 )
 
 FRAMES = 6

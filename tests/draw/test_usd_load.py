@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from warp_rods.draw.usd.export import export_usd
-from warp_rods.simulation.trajectory import FILAMENT_VARIABLES, STORE, GroupSpec, TrajectoryWriter, open_run
+from warp_rods.simulation.reading import open_run
+from warp_rods.simulation.trajectory import FILAMENT_VARIABLES, STORE, GroupSpec, TrajectoryWriter
 
 FRAMES, RODS, NODES = 4, 3, 33
 MAJOR, MINOR = 1.0, 0.4

@@ -13,7 +13,7 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.bound import frames as bound_frames
 from warp_rods.kernels.surface.geometry import sampler
 from warp_rods.membranes import surfaces
-from warp_rods.membranes.field_source import field
+from warp_rods.membranes.formula_fields import field
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.scene.scene import Scene
 

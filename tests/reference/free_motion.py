@@ -4,6 +4,7 @@ import numpy as np
 from scipy.linalg import expm, logm
 
 from reference import free as twin
+from reference.contact_drag import ContactFormula
 from reference.lie import frame_matrix, integrate_frames, twist_matrix
 
 
@@ -25,6 +26,7 @@ class Moving:
         self.shapes, self.times = [shape], [0.0]
         self.frames = [[frame_matrix(R[rod], r[rod]) for rod in range(len(R))]]
         self.drift = np.zeros(middle_of(shape)), np.zeros(shape.bending.shape, complex)
+        self.lag = self.drift
 
     def foretold(self, t):
         """Directors and places of all nodes at the extrapolated state."""
@@ -46,17 +48,23 @@ class Moving:
         R[:, nodes // 2], r[:, nodes // 2] = frames[:, :3, :3], frames[:, :3, 3]
         return integrate_frames(strain, np.full(rods, self.h), nodes // 2, R, r)
 
-    def load(self, R, force, stiffness, rate):
-        """The external force and contact as drag 2K/a, with blocks that are not less than that, in the Bishop frame."""
-        load = twin.load_of(np.einsum("rnij,rni->rnj", R, force))
-        D = 2 / rate * np.swapaxes(R, 2, 3) @ stiffness @ R
-        coupling = D[..., 0, 1:]
+    def load(self, R, force, stiffness, t):
+        """The external force and contact as drag, with blocks that are not less than K, in the Bishop frame."""
+        load, formula = twin.load_of(np.einsum("rnij,rni->rnj", R, force)), ContactFormula(self.times, t)
+        K = np.swapaxes(R, 2, 3) @ stiffness @ R
+        coupling = K[..., 0, 1:]
         size = np.linalg.norm(coupling, axis=-1)
-        load.transverse_drag = (
-            D[..., 1:, 1:] + coupling[..., :, None] * coupling[..., None, :] / np.maximum(size, 1e-300)[..., None, None]
+        K_along = K[..., 0, 0] + size
+        K_across = (
+            K[..., 1:, 1:] + coupling[..., :, None] * coupling[..., None, :] / np.maximum(size, 1e-300)[..., None, None]
         )
-        load.axial_drag = twin.middle(D[..., 0, 0] + size)
-        along, across = self.drift
+        ratio = self.p.drag_ratio
+        share = formula.share(np.maximum(2 * K_along, 2 * np.linalg.eigvalsh(K_across)[..., -1] / ratio), 1.0)
+        load.transverse_drag = formula.drag_of_matrix(K_across, ratio, share)
+        load.axial_drag = twin.middle(formula.drag(2 * K_along, 1.0, share))
+        beyond = formula.rate * formula.ratio
+        along = self.drift[0] + beyond * twin.middle(share) * self.lag[0]
+        across = self.drift[1] + beyond * share * self.lag[1]
         pair = np.einsum("rnij,rnj->rni", load.transverse_drag, np.stack([across.real, across.imag], axis=-1))
         load.axial = load.axial + load.axial_drag * along
         load.transverse = load.transverse + pair[..., 0] + 1j * pair[..., 1]
@@ -68,11 +76,10 @@ class Moving:
         _, slopes = twin.lagrange([t, *levels], t)
         rate = slopes[0]
         R, r = self.foretold(t)
-        load = self.load(R, force(r), stiffness(r), rate)
+        load = self.load(R, force(r), stiffness(r), t)
         shape, axial, transverse = twin.step(self.shapes[:2], levels, t, self.p, self.h, load)
-        along, across = self.drift
-        scale = rate * (t - self.times[0])
-        self.drift = along + (axial - along) / scale, across + (transverse - across) / scale
+        self.lag = (axial - self.drift[0]) / rate, (transverse - self.drift[1]) / rate
+        self.drift = tuple(v + lag / (t - self.times[0]) for v, lag in zip(self.drift, self.lag, strict=True))
         frames = [self.moved(rod, rate, slopes, axial, transverse, shape) for rod in range(len(axial))]
         self.frames.insert(0, frames)
         self.shapes.insert(0, shape)

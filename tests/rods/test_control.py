@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warp_rods.rods.control import INTEGRAL, LENGTHEN_MOST, PROPORTIONAL, SAFETY, SHORTEN_INVALID, SHORTEN_MOST, Control
+from warp_rods.rods.control import GOAL, LENGTHEN_MOST, SAFETY, SHORTEN_INVALID, SHORTEN_MOST, Control
 
 TARGET = 1.0
 
@@ -53,12 +53,12 @@ def test_steps_grow_twofold_at_most(error):
 
 
 def test_steps_whose_error_is_that_of_a_smooth_motion_converge_and_are_not_rejected():
-    """Error (Δt/Δt₀)³: the step settles where the error is SAFETY^(3/(INTEGRAL − PROPORTIONAL))."""
+    """Error (Δt/Δt₀)³: the step settles where the error is GOAL, below what is allowed."""
     control, best = controlled(1e-6), 3e-2
     for _ in range(60):
         assert try_step(control, (control.step / best) ** 3)
     assert control.rejected == 0 and control.taken == 60
-    assert control.step == pytest.approx(best * SAFETY ** (1 / (INTEGRAL - PROPORTIONAL)), rel=1e-4)
+    assert control.step == pytest.approx(best * GOAL ** (1 / 3), rel=1e-4)
 
 
 def test_moves_bound_the_step():

@@ -31,8 +31,8 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import run_folder, runner, saver
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import open_run
 
 CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate"}
 START, FIRST, STEP, FRAME, CHECKPOINT, SCENE, RESUME, EXPORT = KINDS = (
@@ -249,6 +249,18 @@ class Killer:
         assert doing != EXPORT or (folder / "animation.usdc").stat().st_size > 0
 
 
+def each_second_frame_waits() -> None:
+    """Frames with odd numbers wait, and are written with the next one; a checkpoint follows each write."""
+    append = RunFolder.append
+
+    def held(self: RunFolder, *arguments) -> None:
+        odd = (self.writer.frames + len(self.writer._held)) % 2 == 1
+        run_folder.FRAMES_EVERY = saver.CHECKPOINT_EVERY = np.inf if odd else 0.0
+        append(self, *arguments)
+
+    RunFolder.append = held
+
+
 def exited(child: int) -> bool:
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
@@ -266,7 +278,7 @@ def main(top: Path, count: int, seed: int, kinds: list[str]) -> None:
     from pxr import Usd  # noqa: F401  here, so that forks have it
 
     logging.getLogger("warp_rods").setLevel(logging.ERROR)
-    saver.CHECKPOINT_EVERY = 0.0
+    each_second_frame_waits()
     write_ball(top)
     killer, kinds = Killer(top, seed), kinds or list(SCENES)
     for kind in kinds:

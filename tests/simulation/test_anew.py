@@ -11,8 +11,8 @@ from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import checkpoint, runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import open_run
 
 FILAMENT = {"name": "f", "count": 2, "nodes": 17, "length": 0.7, "stiffness": [1.0, 1.2, 0.8],
             "intrinsic": [0.3, 1.2, 0.0], "drag": [1.0, 2.0, 0.1]}  # fmt: skip

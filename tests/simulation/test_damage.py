@@ -13,7 +13,7 @@ from warp_rods.errors import RunFolderError, WarpRodsError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 from warp_rods.simulation.check import check_run
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.reading import open_run
 
 FILAMENT = {"name": "one", "count": 2, "nodes": 9, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
 # Large frames are chunks of their own, small ones share a chunk: both kinds are here.

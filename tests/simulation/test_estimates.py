@@ -76,9 +76,9 @@ def allocated(simulation: Simulation, on_gpu: bool) -> int:
 @pytest.mark.parametrize("kind", ["swimmers", "filaments"])
 def test_arrays_take_what_is_estimated_within_a_tenth(kind, steric):
     footprint = estimates.FOOTPRINTS[kind]
-    few, many = (Simulation(rows(kind, 10, nodes, steric), "cpu") for nodes in (33, 97))
+    few, many = (Simulation(rows(kind, 16, nodes, steric), "cpu") for nodes in (33, 97))
     for on_gpu, expected in ((False, footprint.arrays), (True, footprint.on_gpu)):
-        each = (allocated(many, on_gpu) - allocated(few, on_gpu)) / (10 * 64)
+        each = (allocated(many, on_gpu) - allocated(few, on_gpu)) / (16 * 64)
         assert each == pytest.approx(expected + steric * footprint.contact, rel=0.1)
 
 
@@ -106,6 +106,39 @@ def test_the_peak_of_a_process_is_the_estimate_within_a_quarter(kind, request):
     expected = estimates.memory(rows(kind, many, 33, True)) - estimates.memory(rows(kind, few, 33, True))
     assert peak(many) - peak(few) == pytest.approx(expected, rel=0.25)
     assert peak(few) < estimates.PROCESS * 1.1
+
+
+@pytest.mark.parametrize("kind", estimates.FOOTPRINTS)
+def test_the_readme_says_what_a_rod_takes(kind, request):
+    footprint = estimates.FOOTPRINTS[kind]
+    alone, steric = (
+        (next(estimates.needs(rows(kind, 1, 35, with_steric))).rod - footprint.rod) / 35e3
+        for with_steric in (False, True)
+    )
+    words = (
+        f"A {kind[:-1]} takes {alone:.2f} kB a node and {footprint.rod / 1e3:g} kB besides, with steric forces "
+        f"{steric:.2f} kB a node."
+    )
+    assert words in (request.config.rootpath / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("count", [10**5, 10**6, 10**7])
+@pytest.mark.parametrize("kind", estimates.FOOTPRINTS)
+def test_many_rods_are_refused_with_the_number_that_fits(kind, count, monkeypatch):
+    """On a machine with 2 GB, before anything is placed."""
+    monkeypatch.setattr(estimates, "memory_of_machine", lambda: 2e9)
+    table = CELLS | {"nodes": 33} if kind == "swimmers" else FILAMENTS
+    surface = {} if kind == "swimmers" else {"surface": PLANE}
+
+    def check(number: int) -> None:
+        estimates.check_memory(scene(**{kind: [table | {"count": number}]}, **surface))
+
+    with pytest.raises(SceneError, match=rf"{kind}\[0\].count = {count}, nodes = 33 need about") as caught:
+        Simulation(scene(**{kind: [table | {"count": count}]}, **surface), "cpu")
+    most = int("".join(str(caught.value).partition("at most about")[2].partition("rods")[0].split()))
+    check(int(0.94 * most))
+    with pytest.raises(SceneError, match="fit here"):
+        check(int(1.06 * most))
 
 
 def test_more_nodes_than_memory_are_refused_with_the_number_that_fits():

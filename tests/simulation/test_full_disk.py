@@ -15,10 +15,10 @@ import warp_rods as wr
 from warp_rods import workflow
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import run_folder, runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.storage import StorageError
-from warp_rods.simulation.trajectory import open_run
 
 CELL = {"name": "cell", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
 
@@ -65,9 +65,14 @@ SAID = {
 }
 
 
-@pytest.mark.parametrize(("write", "code"), [(9, "ENOSPC"), (30, "EACCES"), (44, "EROFS"), (61, "EDQUOT")])
-def test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monkeypatch, write, code):
-    """Every write fails from the nth on: in the start, in frames, in checkpoints."""
+ALONE = [(9, "ENOSPC", 0.0), (30, "EACCES", 0.0), (44, "EROFS", 0.0), (61, "EDQUOT", 0.0), (88, "ENOSPC", 0.0)]
+TOGETHER = [(30, "ENOSPC", np.inf), (43, "EDQUOT", np.inf), (50, "EROFS", np.inf)]
+
+
+@pytest.mark.parametrize(("write", "code", "waits"), [*ALONE, *TOGETHER])
+def test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monkeypatch, write, code, waits):
+    """Every write fails from the nth on: in the start, in frames, in checkpoints; frames written alone or together."""
+    monkeypatch.setattr(run_folder, "FRAMES_EVERY", waits)
     folder, code = tmp_path / "a run", getattr(errno, code)
     with full_from(write, folder, code, monkeypatch) as writes, pytest.raises(StorageError, match=SAID[code]) as caught:
         runner.simulate(scene(), folder, device="cpu")
@@ -81,9 +86,11 @@ def test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monk
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("write", range(1, 90, 4))
-def test_a_full_disk_at_every_fourth_write(tmp_path, whole, monkeypatch, write):
-    test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monkeypatch, write, "ENOSPC")
+@pytest.mark.parametrize(
+    ("write", "waits"), [*((n, 0.0) for n in range(1, 103, 4)), *((n, np.inf) for n in range(1, 58, 4))]
+)
+def test_a_full_disk_at_every_fourth_write(tmp_path, whole, monkeypatch, write, waits):
+    test_a_run_that_cannot_write_says_so_and_goes_on_later(tmp_path, whole, monkeypatch, write, "ENOSPC", waits)
 
 
 def test_an_animation_that_does_not_fit_is_a_warning(tmp_path, whole, monkeypatch):

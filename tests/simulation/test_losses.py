@@ -17,8 +17,8 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses
 from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.runner import simulate
-from warp_rods.simulation.trajectory import open_run
 
 SOUND = {"bend": 5e-3, "moment": 0.0}
 DOOMED = {"bend": 1e-6, "moment": 5.0}

@@ -5,8 +5,8 @@ import pytest
 from warp_rods.errors import RodFailure, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.hooks import every
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.runner import simulate
-from warp_rods.simulation.trajectory import open_run
 from warp_rods.workflow import run
 
 CELL = {"name": "cell", "count": 2, "nodes": 17, "bend": 5e-3, "twist": 1e-3}

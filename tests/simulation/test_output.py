@@ -11,7 +11,7 @@ from warp_rods.analysis.summary import summary
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.check import check_run
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.reading import open_run
 
 FILAMENT = {"name": "f", "count": 9, "nodes": 9, "length": 0.3, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
 CELL = {"name": "c", "count": 2, "nodes": 17, "bend": 5e-3, "twist": 1e-3}

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation import criteria
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.resolution import MOST_CHOSEN
 from warp_rods.simulation.samples import samples_of
@@ -267,3 +269,16 @@ def test_a_filament_is_right_to_one_per_cent(verified):
         measured=np.linalg.norm(found[chosen] - found[4 * chosen - 3], axis=-1) / 1.2, bound=0.01,
         reference=f"{4 * chosen - 3} nodes",
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_orientation_stiffness_of_many_filaments_is_the_largest_of_all(seed):
+    """The same number as from every filament at every sample; bounds leave most of them out."""
+    rng = np.random.default_rng(seed)
+    principal = np.sort(rng.normal(size=(40, 2)), axis=1) * rng.choice([0, 1e-3, 1, 10])
+    stiffness, intrinsic = np.exp(rng.normal(size=(30, 3)) * (seed % 2)), rng.normal(size=(30, 3)) * (seed % 3)
+    table = SimpleNamespace(stiffness=stiffness.tolist(), intrinsic=intrinsic.tolist(), count=30)
+    each = zip(stiffness, intrinsic, strict=True)
+    largest = max(criteria._orientation_stiffness(principal, B, s) / B[2] for B, s in each)
+    found = criteria._turning(table, principal)
+    assert [c.spacing for c in found] == ([pytest.approx(largest**-0.5, rel=1e-12)] if largest > 0 else [])

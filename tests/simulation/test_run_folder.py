@@ -13,10 +13,12 @@ import warp_rods as wr
 from warp_rods.analysis.membrane import membrane_of
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import runner
+from warp_rods.simulation import run_folder, runner
 from warp_rods.simulation.check import check_run
+from warp_rods.simulation.document import Document
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import TrajectoryWriter, open_run
+from warp_rods.simulation.trajectory import TrajectoryWriter
 
 HERE = Path(__file__).parent
 FILAMENT = {"name": "f", "count": 2, "nodes": 17, "length": 0.7, "stiffness": [1.0, 1.2, 0.8],
@@ -216,7 +218,10 @@ def test_a_run_that_appeared_since_the_check_is_not_deleted(tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize("what", ["trajectory.zarr", "trajectory.zarr/f/position", "trajectory.zarr/zarr.json", "."])
-def test_a_store_that_is_deleted_during_a_run_is_noticed_at_the_next_frame(tmp_path, what):
+def test_a_store_that_is_deleted_during_a_run_is_noticed_at_the_next_frame(tmp_path, what, monkeypatch):
+    """Of a part of it, at the next frame that is written."""
+    if what == "trajectory.zarr/f/position":
+        monkeypatch.setattr(run_folder, "FRAMES_EVERY", 0.0)
     folder, frames = tmp_path / "run", []
 
     def delete(simulation: wr.Simulation) -> None:
@@ -247,3 +252,25 @@ def test_a_step_equal_to_save_every_up_to_round_off_runs_exports_and_resumes(tmp
     longer = Scene.parse({**tables, "time": {"end": 0.009, "save_every": 1e-4, "step": 1e-4}})
     assert wr.run(longer, run.folder, device="cpu", resume=True).data["c"].sizes["frame"] == 91
     assert begun.time.step == pytest.approx(1e-4, rel=1e-9)
+
+
+def test_frames_wait_for_a_moment_only(tmp_path, monkeypatch):
+    """The first one and those that are rare are written at once; a checkpoint is never ahead of the frames."""
+    now, seen = [0.0], []
+    monkeypatch.setattr(run_folder, "clock", lambda: now[0])
+    append, checkpoint = RunFolder.append, RunFolder.checkpoint
+
+    def appended(self, *frame):
+        now[0] += 0.1 if self.writer.frames < 8 else 10.0
+        append(self, *frame)
+        seen.append(Document.read(self.path / "trajectory.zarr").frames)
+
+    def kept(self, state):
+        checkpoint(self, state)
+        assert Document.read(self.path / "trajectory.zarr").frames == int(state["frame"]) + 1
+
+    monkeypatch.setattr(RunFolder, "append", appended)
+    monkeypatch.setattr(RunFolder, "checkpoint", kept)
+    cell = {"name": "cell", "count": 1, "nodes": 17, "bend": 5e-3, "twist": 1e-3}
+    runner.simulate(Scene.parse({"swimmers": [cell], "time": {"end": 0.011, "save_every": 1e-3}}), tmp_path / "run")
+    assert seen == [1, 1, 1, 4, 4, 4, 7, 7, 7, 10, 11, 12]

@@ -19,7 +19,7 @@ from warp_rods.simulation import interruption, portions, runner
 from warp_rods.simulation.checkpoint import read_checkpoint
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.reading import open_run
 
 CELL = {"name": "cell", "count": 3, "nodes": 33, "bend": 5e-3, "twist": 1e-3}
 FILAMENT = {"name": "rods", "count": 3, "nodes": 33, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1],

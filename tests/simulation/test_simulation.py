@@ -8,8 +8,8 @@ from warp_rods.errors import RodFailure, RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Frames, Simulation
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import RunFolder
-from warp_rods.simulation.trajectory import open_run
 
 SCENE = {
     "title": "two kinds of sensors",

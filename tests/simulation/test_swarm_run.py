@@ -8,7 +8,7 @@ from warp_rods.analysis.crossings import crossings
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner, saver
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.reading import open_run
 
 KIND = {
     "count": 30, "nodes": 17, "twist": 1e-3, "flagella": {"profile": "uniform"}, "shape": {"kind": "straight"},

@@ -1,12 +1,15 @@
 """The store of a run: round trip, and runs that were killed, which can be read up to their last complete frame."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 import warnings
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ import zarr
 from examples.earlier_store import write_earlier
 
 from warp_rods.errors import RunFolderError
+from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.trajectory import (
     FILAMENT_VARIABLES,
     STORE,
@@ -22,7 +26,6 @@ from warp_rods.simulation.trajectory import (
     GroupSpec,
     TrajectoryWriter,
     Variable,
-    open_run,
 )
 
 WIDTH = (Variable(("rod",), "float64", "length", "rod width", ""), np.array([0.5, 0.6, 0.7]))
@@ -122,6 +125,77 @@ def test_a_trajectory_of_an_earlier_version_opens_with_present_names(tmp_path, l
 def test_each_group_has_the_scene_as_an_attribute(tmp_path):
     write(tmp_path, range(1)).close()
     assert {open_run(tmp_path)[group].attrs["scene"] for group in GROUPS} == {ATTRIBUTES["scene"]}
+
+
+@pytest.mark.parametrize("together", [2, 3, 7, 11])
+def test_frames_written_together_make_the_files_of_frames_written_alone(tmp_path, together):
+    """With borders of files within a batch; a frame that waits is not seen, and may change after it was given."""
+    groups = {name: replace(spec, frames_per_file=4) for name, spec in GROUPS.items()}
+    alone, other = (TrajectoryWriter.create(tmp_path / name / STORE, groups, ATTRIBUTES) for name in ("one", "two"))
+    for number in range(11):
+        alone.append(0.1 * number, frame(number))
+        given = frame(number)
+        other.hold(0.1 * number, given)
+        for values in (values for group in given.values() for values in group.values()):
+            values[...] = -7
+        assert other.bytes_held > 0 and other.frames == number - number % together
+        if (number + 1) % together == 0:
+            other.write()
+            check_frames(open_run(tmp_path / "two"), number + 1)
+            assert other.bytes_held == 0
+    alone.close()
+    other.close()  # which writes those that still wait
+    files = [
+        {
+            file.relative_to(tmp_path / name): file.read_bytes()
+            for file in (tmp_path / name).rglob("*")
+            if file.is_file()
+        }
+        for name in ("one", "two")
+    ]
+    assert files[0] == files[1]
+    check_frames(open_run(tmp_path / "two"), 11)
+
+
+def test_memory_does_not_grow_with_the_number_of_frames(tmp_path):
+    """A trajectory is streamed: nothing of a frame is kept once it is written."""
+    writer = write(tmp_path, range(1))
+    large = {group: {name: np.array(v, float) for name, v in values.items()} for group, values in frame(1).items()}
+    held = []
+    tracemalloc.start()
+    for _ in range(8):
+        for _ in range(50):
+            writer.hold(0.1 * writer.frames, large)
+        waiting = writer.bytes_held
+        writer.write()
+        held.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert writer.frames == 401 and max(held[2:]) - held[1] < 0.1 * waiting
+
+
+def test_metadata_and_files_are_those_that_zarr_writes(tmp_path):
+    """Of labels, values that are all equal or infinite or neither, frames in shards, and several frames in a chunk."""
+    space = Variable(("axis",), "float64", "length", "period of the box", "", ("x", "y", "z"))
+    static = {"width": WIDTH, "period": (space, np.full(3, np.inf)), "size": (space, np.array([2.0, 2.0, 2.0]))}
+    spec = GroupSpec(3, 9, SWIMMER_VARIABLES, static)
+    TrajectoryWriter.create(tmp_path / STORE, {"cell": spec}, ATTRIBUTES).close()
+    ours = json.loads((tmp_path / STORE / "zarr.json").read_text())["consolidated_metadata"]["metadata"]
+    group = zarr.create_group(tmp_path / "theirs").create_group("cell", attributes=ours["cell"]["attributes"])
+    for name, node in ours.items():
+        if name == "cell":
+            continue
+        own = zarr.open_array(tmp_path / STORE / name, mode="r")
+        in_file = {"shards": {"shape": own.shards, "index_location": "start"}} if own.shards else {}
+        made = group.create_array(
+            name.removeprefix("cell/"), shape=own.shape, dtype="str" if node["data_type"] == "string" else own.dtype,
+            chunks=own.chunks, **in_file, fill_value=own.fill_value, compressors=[zarr.codecs.Crc32cCodec()],
+            chunk_key_encoding={"name": "default", "separator": "."}, dimension_names=node["dimension_names"],
+            attributes=node["attributes"], config={"write_empty_chunks": (tmp_path / STORE / name / "c.0").exists()},
+        )  # fmt: skip
+        made[...] = own[...]
+        assert json.loads((tmp_path / "theirs" / name / "zarr.json").read_text()) == node, name
+        files = {file.name: file.read_bytes() for file in (tmp_path / STORE / name).glob("c*")}
+        assert files == {file.name: file.read_bytes() for file in (tmp_path / "theirs" / name).glob("c*")}, name
 
 
 @pytest.mark.long

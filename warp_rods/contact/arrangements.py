@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import interp1d
-from scipy.spatial.transform import Rotation
 
 from warp_rods.contact.capacity import extents, refuse_crowd
 from warp_rods.contact.overlap import pushed_apart, without_overlap
@@ -107,11 +105,15 @@ class Region:
         """Random frames [count, 3, 3]; frames of flat rods are rotated about z only."""
         if self.flat:
             return about_z(rng.uniform(0, 2 * np.pi, count))
+        from scipy.spatial.transform import Rotation
+
         return Rotation.random(count, rng=rng).as_matrix()
 
 
 def about_z(angle: np.ndarray) -> np.ndarray:
     """Frames [n, 3, 3] along x, rotated about z by angles [n]."""
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_euler("z", angle[:, None]).as_matrix()
 
 
@@ -160,9 +162,21 @@ def given_poses(position: Any, direction: Any) -> dict[str, np.ndarray]:
     """Middle points [rod, 3] and, if directions [rod, 3] are given, frames by the smallest rotation from x to them."""
     poses = {"position": np.array(position)}
     if direction is not None:
-        rotations = [Rotation.align_vectors(d[None], [[1.0, 0.0, 0.0]])[0].as_matrix() for d in np.array(direction)]
-        poses["rotation"] = np.array(rotations)
+        poses["rotation"] = smallest_rotations(np.array(direction, dtype=float))
     return poses
+
+
+def smallest_rotations(direction: np.ndarray) -> np.ndarray:
+    """Frames [rod, 3, 3] by the smallest rotations from x to directions [rod, 3]; for −x by π about z.
+
+    c I + [w]× + (1 − c) w wᵀ/|w|² with w = x × d and c = x·d, for unit vectors d.
+    """
+    c, y, z = (direction / np.linalg.norm(direction, axis=-1, keepdims=True)).T
+    s = np.hypot(y, z)
+    along, across = np.where(s > 0, [y, z], [[1.0], [0.0]]) / np.where(s > 0, s, 1.0)
+    mixed = -(1 - c) * along * across
+    rows = [[c, -y, -z], [y, c + (1 - c) * across**2, mixed], [z, mixed, c + (1 - c) * along**2]]
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def arranged_poses(
@@ -242,7 +256,11 @@ def _find_poses(
 def _resampled(lines: np.ndarray, nodes: int) -> np.ndarray:
     """Centre lines [rod, node, 3] with another number of nodes, by linear interpolation."""
     old, new = np.linspace(0, 1, lines.shape[1]), np.linspace(0, 1, nodes)
-    return lines if len(old) == nodes else interp1d(old, lines, axis=1)(new)
+    if len(old) == nodes:
+        return lines
+    after = np.clip(np.searchsorted(old, new), 1, len(old) - 1)
+    slope = (lines[:, after] - lines[:, after - 1]) / (old[after] - old[after - 1])[:, None]
+    return slope * (new - old[after - 1])[:, None] + lines[:, after - 1]
 
 
 def count_outside(scene: Scene, container: Surface | None, lines: np.ndarray) -> int:

@@ -35,12 +35,19 @@ def refuse_crowd(extent: np.ndarray, clearance: float, volume: float) -> None:
 
 
 def refuse_crowd_on(length: np.ndarray, clearance: float, area: float) -> None:
-    """Raises SceneError where geodesic filaments of these lengths [rod] cannot keep the clearance on a surface.
+    """Raises SceneError where geodesic filaments of these lengths [rod] cannot keep the clearance on a surface."""
+    _refuse(_strips(length, clearance), clearance, CURVED * area, "area")
 
-    On a plane strips lie side by side without gaps, and their round ends at best as densely as discs.
-    """
+
+def area_for(length: np.ndarray, clearance: float) -> float:
+    """The least area on which geodesic filaments of these lengths [rod] could keep the clearance."""
+    return float(_strips(length, clearance).sum()) / CURVED
+
+
+def _strips(length: np.ndarray, clearance: float) -> np.ndarray:
+    """Their shares of it [rod]: on a plane strips lie side by side, and their round ends as densely as discs."""
     r = clearance / 2
-    _refuse(2 * r * length + math.pi / DENSEST * r**2, clearance, CURVED * area, "area")
+    return 2 * r * length + math.pi / DENSEST * r**2
 
 
 def _refuse(shares: np.ndarray, clearance: float, room: float, what: str) -> None:

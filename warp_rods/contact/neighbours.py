@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -9,8 +10,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.device import Shared, exclusive
 from warp_rods.device import device as device_of
-from warp_rods.device import exclusive
 from warp_rods.kernels.contact import neighbour_list, pair_lanes, steric
 from warp_rods.kernels.layout import per_node, to_host
 from warp_rods.rods.ensemble import Ensemble
@@ -21,7 +22,7 @@ CELLS = 64
 """Cells of the grid along an axis without a period. The grid wraps around, so it covers scenes of any extent."""
 MOST_CELLS = 2**21
 """Largest number of cells of the grid: 16 MB."""
-PLACES = 32
+PLACES = 64
 """Initial length of the lists."""
 MARGIN = 1.25
 """Lists that turn out too short become longer than needed by this factor."""
@@ -92,9 +93,11 @@ class Neighbours:
         for name in ("weight", "arc_length", "excluded"):
             setattr(points, name, wp.zeros(count, dtype=wp.float64, device=device))
         points.largest_moves = wp.zeros(2, dtype=wp.float64, device=device)
+        self._moves = Shared(points.largest_moves)
         nodes = [np.repeat(e.nodes, e.count) for e in self._ensembles]
         rod = np.repeat(np.arange(sum(map(len, nodes))), np.concatenate(nodes))
         points.rod = wp.array(rod.astype(np.int32), device=device)
+        self._blocks = _blocks(np.concatenate(nodes))
         cells, cells_per_length = _grid(period, self.cutoff + self.skin)
         points.period, points.cells_per_length = wp.vec3d(*period), wp.vec3d(*cells_per_length)
         self._points = points
@@ -109,12 +112,17 @@ class Neighbours:
 
     def _allocate_lists(self, places: int) -> None:
         self._lists = neighbour_list.Lists()
-        self._lists.neighbour = per_node(self.count, places, wp.int32, self._device)
-        self._lists.count = wp.zeros(self.count, dtype=wp.int32, device=self._device)
+        for name, values in zip(("first", "size", "block"), self._blocks, strict=True):
+            setattr(self._lists, name, wp.array(values.astype(np.int32), device=self._device))
+        blocks = len(self._blocks[0])
+        self._lists.neighbour = per_node(blocks, places, wp.int32, self._device)
+        self._lists.count = wp.zeros(blocks, dtype=wp.int32, device=self._device)
 
     def _record(self) -> None:
         self._collect = Recorded(self._launch_collect, self._device)
-        slices = thread_slices(self.count, 1, self._device)
+        self._keep = Recorded(self._launch_keep, self._device)
+        nodes = 1 if self._device.is_cuda else neighbour_list.BLOCK
+        slices = thread_slices(self.count // nodes if nodes == 1 else len(self._blocks[0]), nodes, self._device)
         self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
         self._distribute = Recorded(self._launch_distribute, self._device)
 
@@ -132,9 +140,7 @@ class Neighbours:
 
     def keep(self) -> None:
         """Count displacements from the present positions on."""
-        with exclusive:
-            self._collect()
-            wp.copy(self._points.last_position, self._points.position)
+        self._keep()
 
     @property
     def kept(self) -> np.ndarray:
@@ -149,11 +155,9 @@ class Neighbours:
 
     def _largest_moves(self) -> tuple[float, float]:
         """The largest displacement of a node since the last ``keep``, and since the lists were built; length."""
-        with exclusive:
-            self._points.largest_moves.zero_()
-            self._collect()
-            since_kept, since_listed = np.sqrt(self._points.largest_moves.numpy()).tolist()
-            return since_kept, since_listed
+        self._collect()
+        since_kept, since_listed = map(math.sqrt, self._moves.read())
+        return since_kept, since_listed
 
     def rebuild_lists(self) -> None:
         """Build the lists for the present positions."""
@@ -168,8 +172,9 @@ class Neighbours:
 
     def _fill_lists(self) -> bool:
         """Fill the lists. If they are too short, allocate longer ones and return False."""
-        inputs = [self._grid.id, self._points, self.cutoff + self.skin, self._lists]
-        wp.launch(neighbour_list.list_neighbours, dim=self.count, inputs=inputs, device=self._device)
+        width = self.cutoff + self.skin
+        inputs = [self._grid.id, self._points, width, width, self._lists]
+        wp.launch(neighbour_list.list_neighbours, dim=len(self._blocks[0]), inputs=inputs, device=self._device)
         longest = int(self._lists.count.numpy().max(initial=0))
         if longest <= self._lists.neighbour.shape[1]:
             return True
@@ -177,7 +182,12 @@ class Neighbours:
         self._record()
         return False
 
+    def _launch_keep(self) -> None:
+        self._launch_collect()
+        wp.launch(neighbour_list.keep_positions, dim=self.count, inputs=[self._points], device=self._device)
+
     def _launch_collect(self) -> None:
+        wp.launch(neighbour_list.forget_moves, dim=2, inputs=[self._points], device=self._device)
         for first, (position, spacing, status, *_) in zip(self._first, self._arrays, strict=False):
             inputs = [position, spacing, status, first, self.core, self._points]
             wp.launch(neighbour_list.collect_points, dim=position.shape, inputs=inputs, device=self._device)
@@ -203,6 +213,14 @@ class Neighbours:
                 wp.launch(steric.find_rod_energies, dim=e.count, inputs=inputs, device=self._device)
                 found.append(to_host(energy))
             return found
+
+
+def _blocks(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First point and size of each block, and the block of each point, of rods of so many nodes [rod]."""
+    blocks = -(-nodes // neighbour_list.BLOCK)
+    place = neighbour_list.BLOCK * (np.arange(blocks.sum()) - np.repeat(np.cumsum(blocks) - blocks, blocks))
+    size = np.minimum(np.repeat(nodes, blocks) - place, neighbour_list.BLOCK)
+    return np.repeat(np.cumsum(nodes) - nodes, blocks) + place, size, np.repeat(np.arange(len(size)), size)
 
 
 def _grid(period: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:

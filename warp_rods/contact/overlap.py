@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from warp_rods.contact.segments import Close, OccupiedSpace, Segments
 from warp_rods.errors import SceneError
@@ -124,6 +123,8 @@ def pushed_apart(
     middles of flat rods, which rotate about z only; rods that cross are separated in z. Returns None if some rods
     remain jammed. Raises SceneError as soon as the overlap falls so slowly that they are too many.
     """
+    from scipy.spatial.transform import Rotation  # slow to import
+
     length = np.linalg.norm(np.diff(shapes, axis=1), axis=-1).sum(axis=1)
     overlaps: list[float] = []
     for _ in range(MOST_PUSHES):

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+
+from warp_rods.contact.cells import close_pairs
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 
 class Segments(NamedTuple):
@@ -57,6 +61,10 @@ class Close(NamedTuple):
         return np.linalg.norm(self.gap, axis=-1)
 
 
+Pair = tuple[np.ndarray, np.ndarray]
+"""Numbers of first and of second segments [pair]."""
+
+
 @dataclass(frozen=True)
 class OccupiedSpace:
     """Centre lines ``others`` [rod, node, 3] of other rods, in a box of periods [3], 0 along an axis without one."""
@@ -64,10 +72,15 @@ class OccupiedSpace:
     others: Sequence[np.ndarray]
     period: np.ndarray
 
+    @property
+    def periodic(self) -> bool:
+        """Whether the box has a period along any axis."""
+        return bool(np.any(self.period))
+
     def tree(self, points: np.ndarray) -> cKDTree:
         """The tree of points [n, 3], periodic along axes with a period."""
-        if not np.any(self.period):
-            return cKDTree(points)
+        from scipy.spatial import cKDTree
+
         divisor = np.where(self.period > 0, self.period, 1.0)
         wrapped = np.where(self.period > 0, np.mod(points, divisor), points)
         wrapped = np.where(
@@ -82,21 +95,40 @@ class OccupiedSpace:
 
     def close_within(self, segments: Segments, clearance: float) -> Close:
         """Pairs of segments of different rods that are closer than the clearance."""
-        tree = self.tree(segments.middle)
-        pairs = tree.query_pairs(clearance + segments.longest, output_type="ndarray").T
-        first, second = pairs[:, segments.rod[pairs[0]] != segments.rod[pairs[1]]]
-        return self._closer(segments, segments, first, second, clearance)
+        middle, reach = segments.middle, clearance + segments.longest
+
+        def once(first: np.ndarray, second: np.ndarray) -> Pair:
+            """Each pair of different rods once."""
+            kept = (first < second) & (segments.rod[first] != segments.rod[second])
+            return first[kept], second[kept]
+
+        if self.periodic:
+            found = self.tree(middle).query_pairs(reach, output_type="ndarray")
+            pairs = [once(found[:, 0], found[:, 1])]
+        else:
+            pairs = [once(*part) for part in close_pairs(middle, middle, reach)]
+        return self._closer(segments, segments, pairs, clearance)
 
     def close_between(self, some: Segments, others: Segments, clearance: float) -> Close:
         """Pairs of one of ``some`` segments and one of the ``others`` that are closer than the clearance."""
         reach = clearance + (some.longest + others.longest) / 2
-        found = self.tree(some.middle).sparse_distance_matrix(self.tree(others.middle), reach, output_type="ndarray")
-        return self._closer(some, others, found["i"], found["j"], clearance)
+        if self.periodic:
+            trees = self.tree(some.middle), self.tree(others.middle)
+            found = trees[0].sparse_distance_matrix(trees[1], reach, output_type="ndarray")
+            return self._closer(some, others, [(found["i"], found["j"])], clearance)
+        return self._closer(some, others, close_pairs(some.middle, others.middle, reach), clearance)
 
-    def _closer(
+    def _closer(self, some: Segments, others: Segments, pairs: Iterable[Pair], clearance: float) -> Close:
+        """Those of the pairs, which come in parts, that are closer than the clearance."""
+        parts = [self._close(some, others, first, second, clearance) for first, second in pairs]
+        some_pair, place = np.empty(0, int), np.empty(0)
+        none = Close(some_pair, some_pair, place, place, np.empty((0, 3)))
+        return Close._make(np.concatenate(part) for part in zip(none, *parts, strict=True))
+
+    def _close(
         self, some: Segments, others: Segments, first: np.ndarray, second: np.ndarray, clearance: float
     ) -> Close:
-        apart = some.middle[first] - others.middle[second]
+        apart = (some.start[first] + some.end[first]) / 2 - (others.start[second] + others.end[second]) / 2
         shift = self.nearest_image(apart) - apart
         p, a = some.start[first] + shift, some.end[first] - some.start[first]
         q, b = others.start[second], others.end[second] - others.start[second]

@@ -7,7 +7,8 @@ catalogue                            the table of all kinds
 motion                               surfaces that change with time
 inspection                           checks that a φ given by the user defines a surface for rods
 mesh, sampling                       triangulation of a surface; random points on it
-symbolic, field_source               from a formula to a compiled field
+formula_fields, source_cache         compiled fields of formulas; their sources, kept on disk
+symbolic, field_source               from a formula to its source: derivatives by SymPy
 images, mesh_file, files             read stacks and meshes
 voxels, triangles, bodies            from voxels to triangles; their shape; their bodies
 distance, fit, comparison, data      from triangles to a smooth field, and what that changed

@@ -125,7 +125,7 @@ class SurfaceKind:
 
     def rate(self, values: Values) -> Any:
         """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ."""
-        from warp_rods.membranes.field_source import rate
+        from warp_rods.membranes.formula_fields import rate
 
         assert self.phi is not None  # refused by ``read``
         return rate(self.phi, self.names)

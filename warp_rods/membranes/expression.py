@@ -34,7 +34,7 @@ class Expression:
 
         Surfaces with the same formula share one field, whatever the values of their parameters.
         """
-        from warp_rods.membranes.field_source import field
+        from warp_rods.membranes.formula_fields import field
 
         low, high = np.array(values["box"]).T
         return LevelSet(field(values["phi"], _names(values)), self.numbers(values), (low, high), closed=None)
@@ -45,7 +45,7 @@ class Expression:
 
     def rate(self, values: Values) -> Any:
         """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ."""
-        from warp_rods.membranes.field_source import rate
+        from warp_rods.membranes.formula_fields import rate
 
         return rate(values["phi"], _names(values))
 

@@ -1,46 +1,24 @@
-"""From a formula for φ to Warp functions of φ, ∇φ, ∇∇φ and of ∂tφ, ∇∂tφ: symbolic derivatives, source."""
+"""From a formula for φ to the source of φ, ∇φ, ∇∇φ, of ∂tφ, ∇∂tφ, and of where φ is singular: symbolic derivatives.
+
+SymPy takes most of a second to import: this module is imported where a formula is new (``formula_fields.py``).
+"""
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import math
 from typing import Any
 
 import sympy
 
 from warp_rods.formula import FormulaError
-from warp_rods.kernels.surface.geometry import written_field, written_rate
-from warp_rods.membranes.symbolic import expression, unchecked
 
-__all__ = ["field", "field_source", "rate", "rate_source"]
+__all__ = ["field_source", "rate_source", "singular_arguments", "singular_source"]
 
 MOST_LINES = 2000
 
 X = sympy.symbols("x:3")
 
 CALLS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan", "atan2")
-
-
-@functools.cache
-def field(phi: str, names: tuple[str, ...]) -> Any:
-    """The Warp function x, p -> φ, ∇φ, ∇∇φ of a formula; p are its parameters in the order of ``names``.
-
-    Raises FormulaError for a formula that is not allowed or cannot be differentiated.
-    """
-    source = field_source(expression(phi, names))
-    return written_field(f"field_{_digest(source)}", source)
-
-
-@functools.cache
-def rate(phi: str, names: tuple[str, ...]) -> Any:
-    """The Warp function x, p, dp/dt -> ∂tφ, ∇∂tφ of a formula whose parameters p depend on time: exact derivatives."""
-    source = rate_source(unchecked(phi, names), len(names))
-    return written_rate(f"rate_{_digest(source)}", source)
-
-
-def _digest(source: str) -> str:
-    return hashlib.sha256(source.encode()).hexdigest()[:16]
 
 
 def field_source(phi: Any) -> str:
@@ -68,6 +46,33 @@ def rate_source(phi: Any, count: int) -> str:
     body, (value, gx, gy, gz) = _written([phi_t, *(sympy.diff(phi_t, a) for a in X)])
     start = "def rate(x: wp.vec3d, p: Parameters, rates: Parameters):\n"
     return f"{start}{body}\n    return {value}, wp.vec3d({gx}, {gy}, {gz})\n"
+
+
+def singular_arguments(phi: Any) -> list[Any]:
+    """Expressions that are zero where φ is not smooth: arguments of roots, logarithms, negative powers, tan, atan2."""
+    found: dict[Any, None] = {}
+    for part in sympy.preorder_traversal(phi):
+        if part.is_number:
+            continue
+        if part.is_Pow and not (part.exp.is_Integer and part.exp.is_positive):
+            base = part.base
+            found[base.base if base.is_Pow and base.exp.is_Integer and base.exp.is_positive else base] = None
+        elif isinstance(part, sympy.log):
+            found[part.args[0]] = None
+        elif isinstance(part, sympy.tan):
+            found[sympy.cos(part.args[0])] = None
+        elif isinstance(part, sympy.atan2):
+            found[part.args[0]] = None
+            found[part.args[0] ** 2 + part.args[1] ** 2] = None
+    return [argument for argument in found if argument.free_symbols & set(X)]
+
+
+def singular_source(phi: Any) -> str:
+    """Source of ``singular(x, p)``: value and derivatives along x, y, z of each of the ``singular_arguments``."""
+    parts = [part for a in singular_arguments(phi) for part in (a, *(sympy.diff(a, b) for b in X))]
+    body, names = _written(parts)
+    rows = "".join(f"({', '.join(names[i : i + 4])}), " for i in range(0, len(names), 4))
+    return f"def singular(x: wp.vec3d, p: Parameters):\n{body}\n    return [{rows}]\n"
 
 
 def _written(parts: list[Any]) -> tuple[str, list[str]]:

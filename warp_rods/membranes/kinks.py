@@ -8,15 +8,12 @@ since √(u²) may as well be a smooth function, and √(x² + y²) is one away 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
-import sympy
 
+from warp_rods.membranes.formula_fields import Singular, singular
 from warp_rods.membranes.surface import Surface
-from warp_rods.membranes.symbolic import unchecked
 
-__all__ = ["kinks", "singular_arguments"]
+__all__ = ["kinks"]
 
 ITERATIONS = 60
 """Newton steps; at a double root of the argument each halves the distance."""
@@ -32,50 +29,25 @@ KINK = 0.01
 """Angle in radians between normals on the smallest circle from which on the surface has a kink; on a smooth surface it
 is the curvature times the diameter, and falls with it."""
 
-Function = Callable[..., np.ndarray]
-
-
-def singular_arguments(phi: sympy.Expr) -> list[sympy.Expr]:
-    """Expressions that are zero where φ is not smooth: arguments of roots, logarithms, negative powers, tan, atan2."""
-    found: dict[sympy.Expr, None] = {}
-    for part in sympy.preorder_traversal(phi):
-        if part.is_number:
-            continue
-        if part.is_Pow and not (part.exp.is_Integer and part.exp.is_positive):
-            base = part.base
-            found[base.base if base.is_Pow and base.exp.is_Integer and base.exp.is_positive else base] = None
-        elif isinstance(part, sympy.log):
-            found[part.args[0]] = None
-        elif isinstance(part, sympy.tan):
-            found[sympy.cos(part.args[0])] = None
-        elif isinstance(part, sympy.atan2):
-            found[part.args[0]] = None
-            found[part.args[0] ** 2 + part.args[1] ** 2] = None
-    return [argument for argument in found if argument.free_symbols & set(sympy.symbols("x:3"))]
-
 
 def kinks(surface: Surface, points: np.ndarray) -> np.ndarray:
     """Places [n, 3] of kinks of the surface of a formula; ``points`` [n, 3] on it, from which they are searched."""
-    places = _places(surface, points, singular_arguments(_phi(surface)))
+    arguments = singular(surface.values["phi"], tuple(sorted(surface.values["parameters"])))
+    places = _places(surface, points, arguments)
     return places[[_is_kink(surface, place) for place in places]] if len(places) else places
 
 
-def _phi(surface: Surface) -> sympy.Expr:
-    return unchecked(surface.values["phi"], sorted(surface.values["parameters"]))
-
-
-def _places(surface: Surface, points: np.ndarray, arguments: Sequence[sympy.Expr]) -> np.ndarray:
+def _places(surface: Surface, points: np.ndarray, arguments: Singular) -> np.ndarray:
     """Points [n, 3] of the surface at which one of the arguments is zero."""
-    if not arguments:
+    count = len(arguments(points[:1], surface.parameters))
+    if not count:
         return np.empty((0, 3))
     low, high = surface.box
     size = float(np.linalg.norm(high - low))
     start = points[:: max(1, len(points) // STARTS)]
-    numbers = surface.parameters
     found = []
-    for argument in arguments:
-        value, gradient = _compiled(argument, numbers)
-        x, step = _newton(surface, value, gradient, start, size)
+    for index in range(count):
+        x, step = _newton(surface, arguments, index, start, size)
         near = np.linalg.norm(step, axis=-1) < FOUND * size
         inside = ((x >= low) & (x <= high)).all(axis=-1)
         found.append(x[near & inside & _on_surface(surface, x, size)])
@@ -83,23 +55,16 @@ def _places(surface: Surface, points: np.ndarray, arguments: Sequence[sympy.Expr
     return _distinct(np.where(np.abs(places) < FOUND * size, 0.0, places), size)
 
 
-def _compiled(argument: sympy.Expr, numbers: np.ndarray) -> tuple[Function, list[Function]]:
-    """The argument and its gradient as functions of x, y, z in NumPy."""
-    x = sympy.symbols("x:3")
-    fixed = argument.subs(dict(zip(sympy.symbols("p:8"), map(float, numbers), strict=True)))
-    return sympy.lambdify(x, fixed), [sympy.lambdify(x, sympy.diff(fixed, a)) for a in x]
-
-
 def _newton(
-    surface: Surface, value: Function, gradient: Sequence[Function], x: np.ndarray, size: float
+    surface: Surface, arguments: Singular, index: int, x: np.ndarray, size: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points [n, 3] after the shortest Newton steps towards φ = 0 and value = 0, and the last steps [n, 3]."""
+    """Points [n, 3] after the shortest Newton steps towards φ = 0 and argument = 0, and the last steps [n, 3]."""
     step = np.full_like(x, np.inf)
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
             phi, normal = _row(surface.phi(x), _gradient(surface, x, size))
-            g = np.broadcast_to(value(*x.T), len(x)).astype(float)
-            other, direction = _row(g, np.stack([np.broadcast_to(d(*x.T), len(x)) for d in gradient], axis=-1))
+            value, *gradient = arguments(x, surface.parameters)[index]
+            other, direction = _row(value, np.stack(gradient, axis=-1))
             rows, targets = np.stack([normal, direction], axis=1), np.stack([phi, other], axis=-1)
             good = np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(targets).all(axis=1)
             change = np.zeros_like(x)

@@ -37,6 +37,7 @@ class Surface(metaclass=Documented):
         self.parameters = _numbers(level_set)
         """The parameters p.v [8] of the field."""
         self._grid, self._grids = level_set.grid, dict[str, wp.array]()
+        self._sampled: wp.array | None = None
         self.grid = level_set.grid
         """The spline coefficients [x, y, z] of a surface from a file; None for the other kinds."""
         self.box = level_set.box
@@ -70,7 +71,7 @@ class Surface(metaclass=Documented):
         frozen = copy.copy(self)
         frozen.values, frozen.moving = motion.values_at(self.values, time), False
         level_set = self._row.level_set(frozen.values)
-        frozen.parameters, frozen.box = _numbers(level_set), level_set.box
+        frozen.parameters, frozen.box, frozen._sampled = _numbers(level_set), level_set.box, None
         return frozen
 
     def derivatives(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -84,8 +85,10 @@ class Surface(metaclass=Documented):
         x = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
         start()
         with exclusive:
-            arrays = [wp.zeros(len(x), dtype=t, device="cpu") for t in results]
-            inputs = [wp.array(x, dtype=wp.vec3d, device="cpu"), self.device_parameters("cpu"), *arrays]
+            arrays = [wp.empty(len(x), dtype=t, device="cpu") for t in results]
+            if self._sampled is None:
+                self._sampled = self.device_parameters("cpu")
+            inputs = [wp.array(x, dtype=wp.vec3d, device="cpu", copy=False), self._sampled, *arrays]
             wp.launch(getattr(sampler(self.field), kernel), dim=len(x), inputs=inputs, device="cpu")
             return [a.numpy() for a in arrays]
 

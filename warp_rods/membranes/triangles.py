@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from scipy import sparse
 
 from warp_rods.device import exclusive, start
 from warp_rods.kernels.surface import mesh_distance
@@ -48,6 +47,8 @@ class Triangles:
 
     def pieces(self) -> np.ndarray:
         """The number of the connected piece of each point [v]."""
+        from scipy import sparse
+
         links = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]]])
         graph = sparse.coo_matrix((np.ones(len(links), dtype=bool), links.T), shape=(len(self.points),) * 2)
         return sparse.csgraph.connected_components(graph, directed=False)[1]

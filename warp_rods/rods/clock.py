@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods.device import Shared
 from warp_rods.kernels.layout import per_rod
 
 
@@ -17,7 +18,8 @@ class Clock:
     """
 
     def __init__(self, device: Any):
-        self.array = per_rod(2, device=device)
+        self._shared = Shared(per_rod(2, device=device))
+        self.array = self._shared.array
         self.time = self.reached = 0.0
         self.planned = (0.0, 0.0)
         self.changing = False
@@ -28,7 +30,7 @@ class Clock:
     def set_step(self, dt: float) -> None:
         """Set the length of the next step."""
         self.step = dt
-        self.array.assign([dt, self.reached])
+        self._shared.write([dt, self.reached])
 
     def tick(self) -> None:
         """Advance the time by one step."""

@@ -9,7 +9,9 @@ import numpy as np
 TOLERANCE = 0.01
 """The error of a run that is allowed where nothing else is said."""
 SAFETY = 0.85
-"""Fraction of the step that the error would allow."""
+"""Fraction of the step that the error, or the move, of one that was repeated would allow."""
+GOAL = 0.5
+"""The error at which steps settle, in units of what is allowed."""
 SMALLEST_ERROR = 1e-6
 PROPORTIONAL, INTEGRAL = 0.4, 0.7
 """Exponents of a PI controller over the order of the error of a step, 3 (Hairer and Wanner, Solving ODEs II, IV.2)."""
@@ -27,7 +29,7 @@ class Control:
     def __init__(self, first: float):
         self.step = first
         self.taken = self.rejected = 0
-        self._last_error = 1.0
+        self._last_error = GOAL
 
     def accepts(self, dt: float, error: float, move: float, reached: float, target: float) -> bool:
         """Whether a try of ``dt`` counts with ``error`` and ``move``, in units of what is allowed; chooses the next.
@@ -42,7 +44,7 @@ class Control:
             return False
         self.taken += 1
         error = max(error, SMALLEST_ERROR) if math.isfinite(error) else 1.0
-        factor = SAFETY * error ** (-INTEGRAL / 3) * self._last_error ** (PROPORTIONAL / 3)
+        factor = (error / GOAL) ** (-INTEGRAL / 3) * (self._last_error / GOAL) ** (PROPORTIONAL / 3)
         self._last_error = error
         longer = dt * float(np.clip(min(factor, most), SHORTEN_MOST, LENGTHEN_MOST))
         self.step = longer if dt >= self.step else max(self.step, longer)

@@ -3,13 +3,13 @@
 A large frame is a chunk of its own in a shard (Zarr's codec ``sharding_indexed``). The index at the start of a shard
 lists the places of all frames that the file can hold: chunks are not compressed, so their sizes are known. A frame is
 written once, in its place, and nothing else in the file changes. Several small frames make one chunk, a file that is
-replaced for each of them.
+replaced whenever more of them come.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -73,6 +73,11 @@ class Chunks:
         """Bytes of a frame without checksum."""
         return math.prod(self.shape) * np.dtype(self.dtype).itemsize
 
+    def in_its_type(self, values: Any, copy: bool) -> np.ndarray:
+        """The values of a frame as they are stored; what single precision cannot hold is infinite."""
+        with np.errstate(over="ignore"):
+            return np.array(values, dtype=self.dtype, order="C", copy=copy or None)
+
     @cached_property
     def index(self) -> bytes:
         """The index of a shard: place and size of each chunk, and a checksum."""
@@ -125,22 +130,22 @@ class Appended:
                 if file.read(len(chunks.index)) != chunks.index:
                     raise chunks.damage(f"the index of {file.name} is wrong")
 
-    def put(self, frame: int, values: Any) -> None:
-        """Write a frame."""
-        with np.errstate(over="ignore"):  # what single precision cannot hold is saved as infinite
-            data = np.ascontiguousarray(values, dtype=self.chunks.dtype).tobytes()
-        data += crc(data)
-        path = self.chunks.file(frame)
-        if frame % self.chunks.per_file == 0:
-            replace_file(path, self.chunks.index + data, self._partial)
-            return
-        with path.open("r+b") as file:  # must exist: a run must not make a new store where one was removed
-            file.seek(self.chunks.place(frame))
-            file.write(data)
+    def put(self, first: int, frames: Sequence[np.ndarray]) -> None:
+        """Write frames in the type of the array, from the number ``first`` on; those in one file with one write."""
+        for number, part in _by_file(self.chunks, first, frames):
+            whole = [values.tobytes() for values in part]
+            data = b"".join(piece + crc(piece) for piece in whole)
+            path = self.chunks.file(number)
+            if number % self.chunks.per_file == 0:
+                replace_file(path, self.chunks.index + data, self._partial)
+                continue
+            with path.open("r+b") as file:  # must exist: a run must not make a new store where one was removed
+                file.seek(self.chunks.place(number))
+                file.write(data)
 
 
 class Rewritten:
-    """Writes small frames: the chunk that is being filled is kept here, and its file is replaced for each frame."""
+    """Writes small frames: the chunk that is being filled is kept here, and its file is replaced as a whole."""
 
     def __init__(self, chunks: Chunks, frames: int, partial: Path) -> None:
         self.chunks, self._partial = chunks, partial
@@ -150,15 +155,15 @@ class Rewritten:
         if filled and (chunks.required or chunks.file(frames - 1).exists()):
             self._values[:filled] = self._read(frames - 1)[:filled]
 
-    def put(self, frame: int, values: Any) -> None:
-        """Write a frame."""
-        with np.errstate(over="ignore"):  # what single precision cannot hold is saved as infinite
-            self._values[frame % self.chunks.per_file] = values
-        data = self._values.tobytes()
-        path = self.chunks.file(frame)
-        if not self.chunks.checked:  # a store of an earlier version, where chunks have folders
-            path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, data + crc(data) if self.chunks.checked else data, self._partial)
+    def put(self, first: int, frames: Sequence[np.ndarray]) -> None:
+        """Write frames from the number ``first`` on; each file once."""
+        for number, part in _by_file(self.chunks, first, frames):
+            place = number % self.chunks.per_file
+            self._values[place : place + len(part)] = part
+            data, path = self._values.tobytes(), self.chunks.file(number)
+            if not self.chunks.checked:  # a store of an earlier version, where chunks have folders
+                path.parent.mkdir(parents=True, exist_ok=True)
+            replace_file(path, data + crc(data) if self.chunks.checked else data, self._partial)
 
     def _read(self, frame: int) -> np.ndarray:
         path = self.chunks.file(frame)
@@ -173,6 +178,16 @@ class Rewritten:
         if len(data) != self._values.nbytes:
             raise self.chunks.damage(f"{path} has {len(data)} bytes, not {self._values.nbytes}")
         return np.frombuffer(data, self._values.dtype).reshape(self._values.shape)
+
+
+def _by_file(chunks: Chunks, first: int, frames: Sequence[np.ndarray]) -> Iterator[tuple[int, Sequence[np.ndarray]]]:
+    """Frames from the number ``first`` on, divided into files: the number of the first one in each, and its frames."""
+    done = 0
+    while done < len(frames):
+        number = first + done
+        fit = chunks.per_file - number % chunks.per_file
+        yield number, frames[done : done + fit]
+        done += fit
 
 
 def _is_its_fill_value(node: Mapping[str, Any]) -> bool:

@@ -46,6 +46,8 @@ VARIES = 0.1
 """Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
 ANGLES = 72
 """Orientations in the tangent plane at which the energy is evaluated."""
+ROWS_AT_ONCE = 500
+"""Filaments whose bounds of e'' are computed at once."""
 TURNS = 1.0
 """Largest spacing of a filament in units of √(B3/e''), the length over which its ends turn in the membrane."""
 
@@ -177,9 +179,16 @@ def _largest(values: float | Sequence) -> float:
 def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
     """Normal bending and twist turn a filament in the membrane, with e'' per angle; B3 spreads this over √(B3/e'')."""
     each = [each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic")]
+    rows = np.unique(np.column_stack(each), axis=0)
+    parts = np.array_split(rows, -(-len(rows) // ROWS_AT_ONCE))
+    highest = np.concatenate([_bounds_of_turning(principal, part)[1].max(axis=1) / part[:, 2] for part in parts])
     shortest, found = math.inf, 0.0
-    for row in np.unique(np.column_stack(each), axis=0):
-        e2 = _orientation_stiffness(principal, row[:3], row[3:])
+    for index in np.argsort(-highest, kind="stable"):
+        row = rows[index]
+        if highest[index] * (1 + 1e-9) < shortest**-2:  # nor do those that follow come up to it
+            break
+        low, high = (bounds[0] for bounds in _bounds_of_turning(principal, row[None]))
+        e2 = _orientation_stiffness(principal[high * (1 + 1e-9) >= low.max()], row[:3], row[3:])
         if e2 > 0 and (length := math.sqrt(row[2] / e2)) < shortest:
             shortest, found = length, e2
     if math.isinf(shortest):
@@ -189,6 +198,18 @@ def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
         f"stiffness e'' = {found:.3g}"
     )
     return [Criterion(reason, TURNS * shortest)]
+
+
+def _bounds_of_turning(principal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds [row, sample] of the largest e''(α) of filaments with (B, σ) [row, 6], by the amplitudes of its terms.
+
+    e'' is 4h²(B1 − B2) cos 4α − 4h (B1σ1 sin 2α + B2(m + σ2) cos 2α), with the mean m and half the difference h of the
+    principal curvatures. One of the angles is within half a step of the crest of the second term.
+    """
+    mean, half = principal.mean(axis=-1), (principal[:, 1] - principal[:, 0]) / 2
+    B1, B2, _, twist, bend, _ = rows.T[:, :, None]
+    first, second = 4 * half**2 * np.abs(B1 - B2), 4 * np.abs(half) * np.hypot(B1 * twist, B2 * (mean + bend))
+    return second * math.cos(math.pi / ANGLES) - first, first + second
 
 
 def _orientation_stiffness(principal: np.ndarray, stiffness: np.ndarray, intrinsic: np.ndarray) -> float:

@@ -15,15 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zarr
 
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import Chunks
 from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.zarr_format import METADATA
 
 __all__ = ["CHECKSUM", "FRAMES", "METADATA", "Document"]
 
-METADATA = "zarr.json"
 FRAMES = "complete_frames"
 """The attribute of the root with the number of complete frames."""
 EARLIER_FRAMES = "_complete_frames"
@@ -67,6 +66,8 @@ class Document:
                 f"{path} is not a trajectory of warp-rods, or its {METADATA} is damaged: restore it from a copy, or "
                 f"run the scene again."
             )
+        import zarr
+
         document = cls.collect(path)
         del document.nodes[EARLIER_FRAMES]
         try:

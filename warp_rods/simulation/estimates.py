@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warp_rods.device import device as device_of
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.scene.ensemble import AUTO
@@ -118,7 +117,11 @@ def check_memory(scene: Scene, device: Any = None) -> None:
     device: where the rods will be; the memory of a CUDA device is checked besides that of the machine.
     """
     _check(list(needs(scene)), "rod", PROCESS, memory_of_machine(), "this machine")
-    if device is not None and (device := device_of(device)).is_cuda:
+    if device is None:
+        return
+    from warp_rods.device import device as device_of  # imports Warp
+
+    if (device := device_of(device)).is_cuda:
         _check(list(needs(scene)), "rod_on_device", 0.0, float(device.free_memory), f"{device.alias} (free)")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warp_rods.contact.capacity import refuse_crowd_on
+from warp_rods.contact.capacity import area_for, refuse_crowd_on
 from warp_rods.contact.overlap import without_overlap
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
@@ -27,6 +27,8 @@ from warp_rods.simulation.surfaces import part_of
 if TYPE_CHECKING:
     from warp_rods.simulation.layout import Layout
 
+ROUGH_AREA = 400
+"""Intersections from which an area is known to about a tenth."""
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 
@@ -90,9 +92,19 @@ def _check_length(surface: Surface, table: FilamentsTable) -> None:
         )
 
 
-def _room(surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float) -> float:
+def _refuse_crowd(surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float) -> None:
+    """Raises SceneError where the filaments of a table cannot fit; where half the room would do a glance is enough."""
+    lengths = each_rod(table.length, table.count)
+    rough = _room(surface, part, table, clearance, ROUGH_AREA)
+    if area_for(lengths, clearance) > rough / 2:
+        refuse_crowd_on(lengths, clearance, _room(surface, part, table, clearance, placement.AREA_CROSSINGS))
+
+
+def _room(
+    surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float, crossings: int
+) -> float:
     """An upper bound of the area that filaments can use; on an open surface they may reach beyond its box."""
-    found = placement.area(surface, part)
+    found = placement.area(surface, part, crossings)
     if surface.closed or np.isfinite(ends_of(surface)).all():
         return found
     sides = np.subtract(*surface.box[::-1])
@@ -132,7 +144,7 @@ def _random(
         return poses, made.position
 
     clearance = max(steric.core, spacing)
-    refuse_crowd_on(each_rod(table.length, table.count), clearance, _room(surface, part, table, clearance))
+    _refuse_crowd(surface, part, table, clearance)
     space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
     found = without_overlap(table.count, draw, clearance, space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")

@@ -18,7 +18,7 @@ from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import Chunks
 from warp_rods.simulation.document import CHECKSUM, FRAMES, Document
 from warp_rods.simulation.earlier import labelled
-from warp_rods.simulation.store import STORE, dims_of
+from warp_rods.simulation.store import STORE
 
 __all__ = ["open_run"]
 
@@ -113,3 +113,9 @@ def _dataset(root: zarr.Group, document: Document, name: str) -> xr.Dataset:
             variables[label] = xr.Variable(dims, np.asarray(variables[label].values).tolist())
     dataset = xr.Dataset(variables).set_coords(["time", "s"])
     return dataset if set(dataset.dims) & set(dataset.indexes) else labelled(dataset)
+
+
+def dims_of(array: zarr.Array) -> tuple[str, ...]:
+    """The names of the dimensions of an array."""
+    names = getattr(array.metadata, "dimension_names", None)  # arrays of Zarr's format 2 have none
+    return tuple(name or "" for name in names or ())

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from time import perf_counter as clock
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,10 @@ from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 
 SCENE, LOCK = "scene.toml", ".lock"
 ANIMATION = "animation.usdc"
+FRAMES_EVERY = 0.25
+"""Seconds for which frames wait in memory at most, as writing them takes 10 ms whether they are one or many."""
+MOST_HELD = 32e6
+"""Bytes of frames that wait at most."""
 PARTS = (SCENE, CHECKPOINT, ANIMATION, *NAMES.values(), STORE)
 """All that a run may leave."""
 
@@ -36,6 +42,7 @@ class RunFolder:
         self.path, self.writer, self._lock, self._device = path, writer, lock, device
         self.continues_from = 0.0
         """The time from which a restart continues."""
+        self._written = -math.inf
 
     def __enter__(self) -> RunFolder:
         return self
@@ -56,12 +63,31 @@ class RunFolder:
             self.writer.close()
 
     def append(self, time: float, frame: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-        """Save a frame, as ``TrajectoryWriter.append`` does; raises StorageError, as on a full disk."""
+        """Save a frame: at once where frames are rare, and otherwise with others that follow within a moment."""
+        size = sum(np.asarray(values).nbytes for group in frame.values() for values in group.values())
+        at_once = self._due or self.writer.bytes_held + size > MOST_HELD
+        self.writer.hold(time, frame, copy=not at_once)
+        if at_once:
+            self._write_frames()
+
+    @property
+    def _due(self) -> bool:
+        return clock() - self._written >= FRAMES_EVERY
+
+    def write_frames(self) -> None:
+        """Write the frames that wait, where they have waited for long enough."""
+        if self._due:
+            self._write_frames()
+
+    def _write_frames(self) -> None:
+        """Raises StorageError, as on a full disk."""
         with told_with_remedy(self.path, self._device):
-            self.writer.append(time, frame)
+            self.writer.write()
+        self._written = clock()
 
     def describe(self, **attributes: Any) -> None:
-        """Set attributes of the trajectory; raises StorageError."""
+        """Set attributes of the trajectory, after the frames that wait; raises StorageError."""
+        self._write_frames()
         with told_with_remedy(self.path, self._device):
             self.writer.describe(**attributes)
 
@@ -175,7 +201,11 @@ class RunFolder:
         return cls(path, writer, lock, str(attributes.get("device", ""))), state
 
     def checkpoint(self, state: State) -> None:
-        """Replace the checkpoint as a whole: whenever the machine stops, one whole checkpoint is there."""
+        """Replace the checkpoint as a whole, after the frames that wait: it is never ahead of the trajectory.
+
+        Whenever the machine stops, one whole checkpoint is there.
+        """
+        self._write_frames()
         with told_with_remedy(self.path, self._device):
             write_checkpoint(self.path, state)
 

@@ -6,18 +6,16 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from rich.console import Console
 
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
 from warp_rods.progress import Bar, waiting
 from warp_rods.scene.scene import Scene
-from warp_rods.simulation import losses, timing, trajectory
+from warp_rods.simulation import losses, timing
 from warp_rods.simulation.checkpoint import State
 from warp_rods.simulation.estimates import check_disk
 from warp_rods.simulation.files import check_writable, default_folder
@@ -29,6 +27,10 @@ from warp_rods.simulation.report import Report
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.saver import Saver, stop_for_failures
 from warp_rods.simulation.stopping import leave, stopping
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
 
 PARTS = 1000
 """Parts of the progress bar."""
@@ -65,7 +67,9 @@ class Run(metaclass=Documented):
     @property
     def data(self) -> xr.DataTree:
         """The trajectory, read lazily."""
-        return trajectory.open_run(self.folder)
+        from warp_rods.simulation.reading import open_run
+
+        return open_run(self.folder)
 
 
 def simulate(
@@ -89,6 +93,8 @@ def simulate(
     Raises SceneError before anything is written, RunFolderError for a folder that holds a run (or, with ``resume``,
     another one), StorageError where the folder can no longer be written, RodFailure once no rod is left.
     """
+    from rich.console import Console
+
     console = console or Console(stderr=True, markup=False, highlight=False)
     folder = default_folder(scene) if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
@@ -170,6 +176,7 @@ def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Cons
         for _ in simulation.advance():
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
+            kept.write_frames()
             if interruption.number is not None and not simulation.finished:
                 leave(simulation, kept)
                 interruption.end()

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
 
 import numpy as np
-import zarr
-from zarr.codecs import Crc32cCodec
 
 from warp_rods.rods.variables import ARC, TIME, Variable
+from warp_rods.simulation.zarr_format import write_array, write_group, write_labels, write_values
 
 STORE = "trajectory.zarr"
 
@@ -52,57 +51,30 @@ class GroupSpec:
         return {dim: labels for variable in variables for dim, labels in variable.labels.items()}
 
 
-def create_group(root: zarr.Group, name: str, spec: GroupSpec) -> None:
-    """Create the group of an ensemble: static arrays with their values, the others without frames."""
+def create_group(folder: Path, spec: GroupSpec) -> None:
+    """Create the group of an ensemble in a new folder: static arrays with their values, the others without frames."""
     # xarray.open_datatree distinguishes coordinates from data by the CF attribute "coordinates".
-    group = root.create_group(name, attributes={"coordinates": "time s"})
+    write_group(folder, {"coordinates": "time s"})
     for dim, labels in spec.labels().items():
-        array = group.create_array(dim, shape=(len(labels),), dtype="str", dimension_names=[dim], **_COMMON)
-        array[...] = np.array(labels)
+        write_labels(folder / dim, labels)
     static = {"s": (ARC, np.linspace(-0.5, 0.5, spec.nodes)), **spec.static}
     for label, (variable, values) in static.items():
-        _create_static(group, label, variable, np.broadcast_to(values, spec.shape(variable)))
+        whole = np.broadcast_to(values, spec.shape(variable)).astype(variable.dtype)
+        write_values(folder / label, whole, variable.dims, variable.attributes)
     for label, variable in {**spec.variables, "time": TIME}.items():
-        _create_growing(group, label, variable, spec.shape(variable), spec.frames_per_file)
+        _create_growing(folder / label, variable, spec.shape(variable), spec.frames_per_file)
 
 
-_COMMON: Any = {
-    # Positions hardly compress, compression would take a third of the time, and sizes of chunks would not be known.
-    "compressors": [Crc32cCodec()],
-    "chunk_key_encoding": {"name": "default", "separator": "."},  # one folder for each array
-}
-
-
-def _create_static(group: zarr.Group, name: str, variable: Variable, values: np.ndarray) -> None:
-    """An array with its values. Where they are all equal they are its fill value, and no file is needed."""
-    first = values.flat[0]
-    equal = bool((values == first).all())
-    array = group.create_array(
-        name, shape=values.shape, chunks=values.shape, dtype=variable.dtype, fill_value=first if equal else np.nan,
-        dimension_names=variable.dims, attributes=variable.attributes, config={"write_empty_chunks": not equal},
-        **_COMMON,
-    )  # fmt: skip
-    array[...] = values
-
-
-def _create_growing(group: zarr.Group, name: str, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
+def _create_growing(folder: Path, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
     """An array without frames: large frames each a chunk in a shard, several small ones in one chunk."""
     size, count = _layout(variable, shape, most)
-    files = (count, *shape)
-    layout: dict[str, Any] = {"chunks": files}
-    if size >= LARGE_FRAME:
-        layout = {"chunks": (1, *shape), "shards": {"shape": files, "index_location": "start"}}
-    group.create_array(
-        name,
-        shape=(0, *shape),
-        **layout,
-        dtype=variable.dtype,
-        # Readers show the fill value where a file is missing, and a status of 0 would mean that all is well.
-        fill_value=np.nan if variable.dtype.startswith("float") else -1,
-        dimension_names=variable.dims,
-        attributes=variable.attributes,
-        **_COMMON,
-    )
+    # Readers show the fill value where a file is missing, and a status of 0 would mean that all is well.
+    fill = math.nan if variable.dtype.startswith("float") else -1
+    chunk = (1, *shape) if size >= LARGE_FRAME else None
+    write_array(
+        folder, (0, *shape), variable.dtype, fill, variable.dims, variable.attributes,
+        file_shape=(count, *shape), chunk=chunk,
+    )  # fmt: skip
 
 
 def _layout(variable: Variable, shape: tuple[int, ...], most: int | None) -> tuple[int, int]:
@@ -122,9 +94,3 @@ def stored_bytes(spec: GroupSpec, frames: int) -> int:
         else:
             total += files * (size * count + 4)
     return total
-
-
-def dims_of(array: zarr.Array) -> tuple[str, ...]:
-    """The names of the dimensions of an array."""
-    names = getattr(array.metadata, "dimension_names", None)  # arrays of Zarr's format 2 have none
-    return tuple(name or "" for name in names or ())

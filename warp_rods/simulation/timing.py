@@ -15,7 +15,7 @@ from warp_rods.simulation.estimates import (
 )
 from warp_rods.simulation.loop import Simulation
 
-BUDGET = 1.0
+BUDGET = 0.4
 """Seconds after which no more steps are tried."""
 FIRST_SPAN = 100
 """The first time over which rods take steps of their own, in units of their first step; each further one is twice as

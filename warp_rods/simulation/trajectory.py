@@ -1,6 +1,6 @@
-"""The trajectory of a run: a Zarr store with one group for each ensemble, written frame by frame.
+"""The trajectory of a run: a Zarr store with one group for each ensemble, written frame by frame, or several at once.
 
-The files of a frame are written first; then the metadata of the store, one file, which shows the frame to readers.
+The files of frames are written first; then the metadata of the store, one file, which shows the frames to readers.
 However a run ends, and at any moment of it, the store is read up to its last complete frame, by ``open_run`` and by
 ``xarray.open_datatree(path, engine="zarr")``.
 """
@@ -14,15 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zarr
 
 from warp_rods.errors import RunFolderError
 from warp_rods.rods.variables import FILAMENT_VARIABLES, SWIMMER_VARIABLES, Variable
 from warp_rods.simulation.chunks import column
 from warp_rods.simulation.document import EARLIER_FRAMES, Document, moves, partial_of
 from warp_rods.simulation.leftovers import new_store
-from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.store import STORE, GroupSpec, create_group
+from warp_rods.simulation.zarr_format import write_group
 
 __all__ = [
     "FILAMENT_VARIABLES",
@@ -31,19 +30,20 @@ __all__ = [
     "GroupSpec",
     "TrajectoryWriter",
     "Variable",
-    "open_run",
 ]
 
 
 class TrajectoryWriter:
     """Appends frames to a store: ``create`` or ``resume`` it, ``append`` frames, ``close`` it.
 
-    ``frames`` is the number of complete frames.
+    ``hold`` keeps a frame in memory, ``write`` writes those held, with the work of about one: each array has a file.
+    ``frames`` is the number of complete frames in the store; ``bytes_held``: those in memory.
     """
 
     def __init__(self, document: Document, frames: int) -> None:
         """Continue a store after its first ``frames`` frames; writes nothing before the files were looked at."""
-        self.frames = frames
+        self.frames, self.bytes_held = frames, 0
+        self._held: list[dict[tuple[str, str], np.ndarray]] = []
         self._document = document
         partial = partial_of(document.path)
         self._groups = {
@@ -73,9 +73,9 @@ class TrajectoryWriter:
             raise RunFolderError(f"{path} exists already: remove it, or choose another folder.")
         new = new_store(path)
         shutil.rmtree(new, ignore_errors=True)
-        root = zarr.create_group(new, attributes={"warp_rods_version": version("warp-rods"), **attributes})
+        write_group(new, {"warp_rods_version": version("warp-rods"), **attributes})
         for name, spec in groups.items():
-            create_group(root, name, spec)
+            create_group(new / name, spec)
         document = Document.collect(new)
         document.commit(0)
         before_it_appears()
@@ -109,16 +109,38 @@ class TrajectoryWriter:
         Raises ValueError, and writes nothing, if a group, variable or shape is not the one declared; RunFolderError if
         the store was removed or replaced since the last frame.
         """
+        self.hold(time, frames, copy=False)
+        self.write()
+
+    def hold(self, time: float, frames: Mapping[str, Mapping[str, np.ndarray]], copy: bool = True) -> None:
+        """Keep a frame, as ``append`` takes it, until frames are written; raises what it does.
+
+        copy: whether its arrays may change before.
+        """
         self._check(frames)
+        self._check_in_place()
+        held = {
+            (name, variable): columns[variable].chunks.in_its_type(values, copy)
+            for name, columns in self._groups.items()
+            for variable, values in {**frames[name], "time": time}.items()
+        }
+        self._held.append(held)
+        self.bytes_held += sum(values.nbytes for values in held.values())
+
+    def write(self) -> None:
+        """Write the frames that are held, and show all of them; raises RunFolderError as ``append`` does, OSError."""
+        if not self._held:
+            return
         self._check_in_place()
         try:
             for name, columns in self._groups.items():
-                for variable, values in {**frames[name], "time": np.asarray(time)}.items():
-                    columns[variable].put(self.frames, values)
-            self._document.commit(self.frames + 1)
+                for variable, column in columns.items():
+                    column.put(self.frames, [held[name, variable] for held in self._held])
+            self._document.commit(self.frames + len(self._held))
         except FileNotFoundError as fault:
             raise self._give_up(f"{fault.filename or fault} is missing") from None
-        self.frames += 1
+        self.frames += len(self._held)
+        self._held, self.bytes_held = [], 0
 
     def describe(self, **attributes: Any) -> None:
         """Set attributes of the root of the store; raises RunFolderError if it was removed or replaced."""
@@ -132,8 +154,9 @@ class TrajectoryWriter:
         return list(self._document.attributes.get("messages", []))
 
     def close(self) -> None:
-        """Write the metadata of each array, too; a store that was removed is left alone."""
+        """Write frames that are held, and the metadata of each array, too; a store that was removed is left alone."""
         if self._groups and self._document.is_in_place():
+            self.write()
             self._document.close()
         self._groups = {}
 
@@ -143,7 +166,7 @@ class TrajectoryWriter:
 
     def _give_up(self, what: str) -> RunFolderError:
         """The error for a store that is lost; nothing is written any more, by ``close`` either."""
-        self._groups = {}
+        self._groups, self._held = {}, []
         return RunFolderError(
             f"{self._document.path}: {what}, while the run was writing to it. The run stops after {self.frames} "
             f"complete frames, and nothing more is written: run the scene again, into a folder that is left alone."

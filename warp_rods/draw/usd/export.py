@@ -29,7 +29,7 @@ from warp_rods.errors import RunFolderError
 from warp_rods.membranes.surfaces import make
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.leftovers import remove_partial
-from warp_rods.simulation.trajectory import open_run
+from warp_rods.simulation.reading import open_run
 
 _FRAMES_PER_SECOND = 24
 _QUANTILES = (0.02, 0.98)

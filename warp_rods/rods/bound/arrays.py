@@ -34,6 +34,9 @@ SYSTEMS = {
     **{name: Lanes for name in ("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "work", "turn")},
     **{"work_pairs": Pair, "weights": Block},
 }
+CONTACT_HISTORY = ("contact_velocity", "contact_lag")
+"""What a step keeps of contact for the next."""
+CONTACT = (*CONTACT_HISTORY, "contact_velocity_tried", "contact_lag_tried", "contact_foretold")
 ENDS = 2
 OUTPUT_OF_RODS = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 OUTPUT_OF_NODES = {
@@ -158,7 +161,7 @@ def _history(rods: int, nodes: int, device: Any) -> Any:
     for name in ("angular_velocity", "velocity"):
         setattr(past, name, wp.zeros((rods, RATES), dtype=wp.vec3d, device=device))
     past.failed_at = per_rod(rods, wp.float64, device)
-    for name in ("contact_velocity", "contact_velocity_tried"):
+    for name in CONTACT:
         setattr(past, name, constant_zero(tiles_of(rods), nodes, Pair, device))
     return past
 
@@ -170,7 +173,7 @@ def allocate_contact(arrays: Arrays) -> None:
     f.in_contact = 1
     f.contact_stiffness = per_node(arrays.rods, nodes, wp.mat33d, device)
     f.contact_drag = workspace(tiles, nodes, Vector, device)
-    for name in ("contact_velocity", "contact_velocity_tried"):
+    for name in CONTACT:
         setattr(past, name, per_node(tiles, nodes, Pair, device))
 
 

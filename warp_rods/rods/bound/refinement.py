@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.interpolate import CubicSpline, interp1d
 
 from warp_rods.errors import SceneError
-from warp_rods.rods.bound.arrays import GEODESIC
+from warp_rods.rods.bound.arrays import CONTACT_HISTORY, GEODESIC
 
 MOST_NODES = 100_000
 
@@ -18,6 +17,8 @@ def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> di
 
     Frames follow from that of the tracked node. Raises SceneError if there would be too many nodes.
     """
+    from scipy.interpolate import CubicSpline, interp1d
+
     nodes = state["now"].shape[1]
     if 2 * nodes > MOST_NODES:
         raise SceneError(f"growth.spacing = {largest_spacing:g}: needs more than {MOST_NODES} nodes a rod")
@@ -25,7 +26,7 @@ def refined_state(state: Mapping[str, np.ndarray], largest_spacing: float) -> di
     s_coarse, s_fine = np.linspace(0.0, 1.0, nodes), np.linspace(0.0, 1.0, 2 * nodes - 1)
     for name in GEODESIC:
         fine[name] = CubicSpline(s_coarse, state[name], axis=1)(s_fine)
-    for name in ("force", "force_previous", "contact_velocity"):
+    for name in ("force", "force_previous", *CONTACT_HISTORY):
         if name in state:
             fine[name] = interp1d(s_coarse, state[name], axis=1)(s_fine)
     return fine

@@ -13,7 +13,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
-from warp_rods.rods.bound.arrays import GEODESIC, allocate, tracked_node
+from warp_rods.rods.bound.arrays import CONTACT_HISTORY, GEODESIC, allocate, tracked_node
 from warp_rods.rods.bound.checks import check, checked_ends, geodesic_curvatures, parameters_of, rows_of_three
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import BoundReadings
@@ -202,7 +202,8 @@ class BoundRods(BoundReadings, Ensemble):
             self._keep_tracked_frame()
             restart_pace(self._arrays.pace, self.time)
             if self._f.in_contact:
-                self._past.contact_velocity.zero_()
+                for name in CONTACT_HISTORY:
+                    getattr(self._past, name).zero_()
 
     @property
     def pace_arrays(self) -> Any:
@@ -291,7 +292,7 @@ class BoundRods(BoundReadings, Ensemble):
         arrays: dict[str, Any] = {name: getattr(self._past, name) for name in HISTORY}
         arrays |= {f"pace_{name}": getattr(self._arrays.pace, name) for name in PACE}
         if self._f.in_contact:
-            arrays["contact_velocity"] = self._past.contact_velocity
+            arrays |= {name: getattr(self._past, name) for name in CONTACT_HISTORY}
         arrays |= {name: self._tiled(array) for name, array in arrays.items() if is_tiled(array)}
         return arrays | {"status": self._f.status}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +11,13 @@ import warp as wp
 
 from warp_rods.kernels.free.output import Output
 from warp_rods.kernels.free.state import Balance, Contact, Load, Midpoint, Past, Shape, Swimmers, Trial
+from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import Pace
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_array, slice_struct
+from warp_rods.rods.tiles import tiled, tiles_of
 
 PARAMETERS = {
     "bend": "bending_stiffness",
@@ -29,29 +31,31 @@ PARAMETERS = {
 """Names of the parameters in a scene → those in the kernels."""
 SHAPE = ("bending", "twist", "activity")
 PAST = ("first", "second", "third", "fourth")
+BANDS = ("lower2", "lower", "diagonal", "upper", "upper2")
+COMPLEX = tuple(f"complex_{band}" for band in BANDS)
+IN_BLOCKS = tuple(f"block_{band}" for band in BANDS)
 BALANCE = (
     *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
     *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
-    *("lower2", "lower", "diagonal", "upper", "upper2", "rhs", "rhs_pairs", "work", "work_pairs"),
-    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
-    *("work_block", "work_block2"),
+    *(*BANDS, *COMPLEX, *IN_BLOCKS, "rhs", "rhs_pairs", "rhs_equal"),
+    *("work", "work_pairs", "work_pairs2", "work_block", "work_block2"),
 )
+SHOWN = ("tension", "axial_velocity", "transverse_velocity", "angular_velocity")
+"""Fields of ``Balance`` that are read; all others are workspace."""
 LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
+CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
-    **dict.fromkeys(("end", "rate", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("end", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
     **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
 }
 PAIRS = {
-    *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "rhs_pairs", "work_pairs"),
-    *("bending_rate", "transverse_force"),
+    *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "bending_rate", "transverse_force"),
+    *(*COMPLEX, "rhs_pairs", "rhs_equal", "work_pairs", "work_pairs2"),
 }
 """Fields with two components across the rod."""
-BLOCKS = {
-    *("transverse_drag", "transverse_mobility", "work_block", "work_block2"),
-    *(f"block_{band}" for band in ("lower2", "lower", "diagonal", "upper", "upper2")),
-}
-"""Fields of matrices between these components; all others are scalars."""
+BLOCKS = {"transverse_drag", "transverse_mobility", "work_block", "work_block2", *IN_BLOCKS}
+"""Fields of matrices between these components; all others are numbers."""
 
 
 @dataclass
@@ -75,7 +79,6 @@ class Arrays:
     output: Any  # Output
     position: wp.array
     rotation: wp.array
-    bishop_strain: wp.array
     strain: wp.array
     orientation: wp.array
     spacing: wp.array
@@ -98,33 +101,33 @@ def allocate(
     """Arrays for rods with these ``parameters`` {name: [rod]} and ``law_parameters`` [rod, 4]; all others are zero."""
     count = len(parameters["bend"])
     shape = (count, nodes)
+    fields = (tiles_of(count), nodes)
     rods = Swimmers()
     for name, field in PARAMETERS.items():
-        setattr(rods, field, wp.array(parameters[name], dtype=wp.float64, device=device))
-    rods.law = wp.full(count, law, dtype=wp.int32, device=device)
-    rods.law_parameters = wp.array(law_parameters, dtype=wp.vec4d, device=device)
+        setattr(rods, field, tiled(parameters[name], device=device))
+    rods.law = law
+    rods.law_parameters = tiled(law_parameters, Block, device)
     rods.status = per_rod(count, wp.int32, device)
     rods.spacing = 1.0 / (nodes - 1)
     rods.symmetric = int(symmetric)
     return Arrays(
         rods=rods,
-        now=_shape(per_node, *shape, device),
-        past=_past(*shape, device),
+        now=_shape(per_node, *fields, device),
+        past=_past(*fields, device),
         midpoint=_midpoint(count, device),
         pace=allocate_pace(count, device),
-        shown=_shape(per_node, *shape, device),
+        shown=_shape(per_node, *fields, device),
         shown_midpoint=_midpoint(count, device),
         failed_at=per_rod(count, device=device),
         contact=_contact(*shape, device),
         trial=_trial(count, device),
-        star=_shape(per_node, *shape, device),
-        slope=_shape(workspace, *shape, device),
-        step_balance=_balance(workspace, *shape, _load(*shape, device), device),
-        balance=_balance(per_node, *shape, _load(*shape, device), device),
-        output=_output(*shape, device),
+        star=_shape(per_node, *fields, device),
+        slope=_shape(workspace, *fields, device),
+        step_balance=_balance(*fields, _load(*fields, device), device),
+        balance=_balance(*fields, _load(*fields, device), device, shown=SHOWN),
+        output=_output(*fields, device),
         position=per_node(*shape, wp.vec3d, device),
         rotation=per_node(*shape, wp.mat33d, device),
-        bishop_strain=per_node(*shape, wp.vec3d, device),
         strain=per_node(*shape, wp.vec3d, device),
         orientation=per_node(*shape, wp.quatd, device),
         spacing=wp.full(count, 1.0 / (nodes - 1), dtype=wp.float64, device=device),
@@ -137,23 +140,24 @@ def allocate_force(arrays: Arrays) -> None:
     arrays.force = per_node(rods, nodes, wp.vec3d, device)
     arrays.rods.forced = 1
     for balance in (arrays.step_balance, arrays.balance):
-        balance.load = _load(rods, nodes, device, forced=True)
+        balance.load = _load(tiles_of(rods), nodes, device, forced=True)
 
 
 def allocate_contact(arrays: Arrays) -> None:
     """Arrays of zeros for contact as drag; those for external forces must be there."""
     (rods, nodes), device = arrays.position.shape, arrays.position.device
     arrays.contact = _contact(rods, nodes, device, present=True)
+    arrays.rods.touched = 1
     load = arrays.step_balance.load
     for name in ("axial_drag", "transverse_drag"):
-        setattr(load, name, per_node(rods, nodes, _dtype(name), device))
+        setattr(load, name, per_node(tiles_of(rods), nodes, _dtype(name), device))
     arrays.step_balance.load = load
 
 
 def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
     """The arrays of some of the rods, as views, with workspace of their own."""
     a = arrays
-    count, nodes = a.position[rods].shape
+    tiles, nodes = slice_array(a.now.twist, rods).shape
     device = a.position.device
     return Arrays(
         rods=slice_struct(Swimmers, a.rods, rods),
@@ -167,13 +171,12 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         contact=slice_struct(Contact, a.contact, rods),
         trial=slice_struct(Trial, a.trial, rods),
         star=slice_struct(Shape, a.star, rods),
-        slope=_shape(workspace, count, nodes, device),
-        step_balance=_balance(workspace, count, nodes, slice_struct(Load, a.step_balance.load, rods), device),
+        slope=_shape(workspace, tiles, nodes, device),
+        step_balance=_balance(tiles, nodes, slice_struct(Load, a.step_balance.load, rods), device),
         balance=slice_struct(Balance, a.balance, rods),
         output=slice_struct(Output, a.output, rods),
         position=a.position[rods],
         rotation=a.rotation[rods],
-        bishop_strain=a.bishop_strain[rods],
         strain=a.strain[rods],
         orientation=a.orientation[rods],
         spacing=a.spacing[rods],
@@ -181,18 +184,18 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
     )
 
 
-def _shape(make: Any, rods: int, nodes: int, device: Any) -> Any:
+def _shape(make: Any, tiles: int, nodes: int, device: Any) -> Any:
     shape = Shape()
     for name in SHAPE:
-        setattr(shape, name, make(rods, nodes, _dtype(name), device))
+        setattr(shape, name, make(tiles, nodes, _dtype(name), device))
     return shape
 
 
-def _load(rods: int, nodes: int, device: Any, forced: bool = False) -> Any:
+def _load(tiles: int, nodes: int, device: Any, forced: bool = False) -> Any:
     load = Load()
     for name in LOAD:
         make = per_node if forced and name.endswith("_force") else constant_zero
-        setattr(load, name, make(rods, nodes, _dtype(name), device))
+        setattr(load, name, make(tiles, nodes, _dtype(name), device))
     return load
 
 
@@ -200,8 +203,8 @@ def _contact(rods: int, nodes: int, device: Any, present: bool = False) -> Any:
     contact = Contact()
     contact.present, make = int(present), per_node if present else constant_zero
     contact.stiffness = make(rods, nodes, wp.mat33d, device)
-    for name in ("velocity", "velocity_tried"):
-        setattr(contact, name, make(rods, nodes, wp.vec3d, device))
+    for name in CONTACT:
+        setattr(contact, name, make(tiles_of(rods), nodes, Vector, device))
     return contact
 
 
@@ -212,27 +215,28 @@ def _trial(rods: int, device: Any) -> Any:
     return trial
 
 
-def _balance(make: Any, rods: int, nodes: int, load: Any, device: Any) -> Any:
+def _balance(tiles: int, nodes: int, load: Any, device: Any, shown: Collection[str] = ()) -> Any:
     balance = Balance()
     balance.load = load
     for name in BALANCE:
-        setattr(balance, name, make(rods, nodes, _dtype(name), device))
+        make = per_node if name in shown else workspace
+        setattr(balance, name, make(tiles, nodes, _dtype(name), device))
     return balance
 
 
-def _output(rods: int, nodes: int, device: Any) -> Any:
+def _output(tiles: int, nodes: int, device: Any) -> Any:
     output = Output()
     for name in ("bending_rate", "twist_rate", "activity_rate", "energy_density"):
-        setattr(output, name, per_node(rods, nodes, _dtype(name), device))
+        setattr(output, name, per_node(tiles, nodes, _dtype(name), device))
     for name in ("energy", "dissipation", "power"):
-        setattr(output, name, per_rod(rods, device=device))
+        setattr(output, name, per_rod(tiles, Lanes, device))
     return output
 
 
-def _past(rods: int, nodes: int, device: Any) -> Any:
+def _past(tiles: int, nodes: int, device: Any) -> Any:
     past = Past()
     for name in PAST:
-        setattr(past, name, _shape(per_node, rods, nodes, device))
+        setattr(past, name, _shape(per_node, tiles, nodes, device))
     return past
 
 
@@ -252,5 +256,5 @@ def _midpoint(rods: int, device: Any) -> Any:
 
 def _dtype(name: str) -> Any:
     if name in BLOCKS:
-        return wp.mat22d
-    return wp.vec2d if name in PAIRS else wp.float64
+        return Block
+    return Pair if name in PAIRS else Lanes

@@ -10,7 +10,6 @@ import warp as wp
 from warp_rods.device import exclusive
 from warp_rods.kernels.free import equal_steps, load, output, own_steps
 from warp_rods.kernels.layout import per_rod
-from warp_rods.kernels.lie import integrate_frames
 from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, slice_arrays
@@ -97,34 +96,32 @@ class FreeLaunches:
     # --- a step -----------------------------------------------------------------------------------------------------
 
     def _launch_predict(self, a: Arrays) -> None:
-        count = a.position.shape[0]
-        self._launch(equal_steps.predict, count, a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
+        self._launch(equal_steps.predict, _tiles(a), a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
         if a.force is None:
             return
-        state = (a.rods, a.pace, a.midpoint, a.trial)
-        self._launch(equal_steps.predict_midpoint, count, *state, *_frame(a))
+        self._launch(equal_steps.predict_midpoint, a.position.shape[0], a.pace, a.midpoint, a.trial, *_frame(a))
         self._launch_lay_out(a, a.star)
         self._launch_field(a, self.clock.array)
 
     def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:
-            self._launch(load.find_force, a.position.shape, a.rotation, a.force, a.step_balance.load)
+            self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.step_balance.load)
         if a.contact.present:
-            contact = (a.rotation, a.contact, a.trial, a.step_balance.load)
-            self._launch(load.add_contact_drag, a.position.shape, *contact)
+            contact = (a.rods, a.rotation, a.pace, a.trial, a.contact, a.step_balance.load)
+            self._launch(load.add_contact_drag, _tiles(a), *contact)
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
-        self._launch(equal_steps.try_step, a.position.shape[0], *state, a.slope, a.step_balance)
+        self._launch(equal_steps.try_step, _tiles(a), *state, a.slope, a.step_balance)
 
     def _launch_accept(self, a: Arrays) -> None:
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, a.trial, a.contact, a.star)
-        self._launch(equal_steps.accept_step, a.position.shape[0], *state, a.failed_at)
+        self._launch(equal_steps.accept_step, _tiles(a), *state, a.failed_at)
 
     def _launch_reject(self) -> None:
         self._launch(equal_steps.reject_step, self.rods, self.arrays.rods, self.arrays.pace)
 
     def _launch_advance_past(self, a: Arrays) -> None:
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, self._target, a.failed_at)
-        self._launch(own_steps.advance_past, a.position.shape[0], *state, a.star, a.slope, a.step_balance)
+        self._launch(own_steps.advance_past, _tiles(a), *state, a.trial, a.star, a.slope, a.step_balance)
 
     def _launch_field(self, a: Arrays, time: wp.array) -> None:
         if self._field is not None:
@@ -133,8 +130,8 @@ class FreeLaunches:
     # --- output -----------------------------------------------------------------------------------------------------
 
     def _launch_show(self, a: Arrays) -> None:
-        state = (a.now, a.past, a.midpoint, a.pace, self._target, a.shown)
-        self._launch(own_steps.show, a.position.shape[0], *state, *_frame(a))
+        self._launch(own_steps.show_shape, _tiles(a), a.now, a.past, a.pace, self._target, a.shown)
+        self._launch(own_steps.show_midpoint, a.position.shape[0], a.midpoint, a.pace, self._target, *_frame(a))
 
     def _launch_frames(self, a: Arrays) -> None:
         self._launch_show(a)
@@ -146,11 +143,7 @@ class FreeLaunches:
 
     def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
         """Frames at all nodes from those of the middle."""
-        middle = (shape, a.shown_midpoint, a.bishop_strain, a.rotation, a.position)
-        self._launch(output.set_bishop_strain, a.position.shape, *middle)
-        self._launch(
-            integrate_frames, a.position.shape[0], a.bishop_strain, a.spacing, self.nodes // 2, a.rotation, a.position
-        )
+        self._launch(output.lay_out, _tiles(a), shape, a.spacing, a.shown_midpoint, a.rotation, a.position)
 
     def _launch_output(self) -> None:
         a = self.arrays
@@ -158,14 +151,19 @@ class FreeLaunches:
             self._launch_show(a)
         else:
             self._launch_present_force(a)
-            self._launch(load.find_force, a.position.shape, a.rotation, a.force, a.balance.load)
-        self._launch(output.find_output, self.rods, a.rods, a.shown, a.balance, a.output)
+            self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.balance.load)
+        self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.balance, a.output)
 
     def _launch_material_frame(self) -> None:
         a = self.arrays
         self._launch_frames(a)
         frames = (a.rods, a.shown, a.shown_midpoint, a.rotation, a.strain, a.orientation)
         self._launch(output.find_material_frame, (self.rods, self.nodes), *frames)
+
+
+def _tiles(a: Arrays) -> int:
+    """The number of tiles of rods."""
+    return a.now.twist.shape[0]
 
 
 def _frame(a: Arrays) -> tuple[wp.array, wp.array, wp.array]:

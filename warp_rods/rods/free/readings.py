@@ -13,6 +13,7 @@ from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.readings import Reading, Readings
+from warp_rods.rods.tiles import Tiled, is_tiled
 
 
 class FreeReadings(Readings):
@@ -20,6 +21,7 @@ class FreeReadings(Readings):
 
     _arrays: Arrays
     _launches: FreeLaunches
+    count: int
 
     def _apply_external(self) -> None:
         """Evaluate the external force at the present time."""
@@ -33,7 +35,7 @@ class FreeReadings(Readings):
         a, output = self._arrays, self._arrays.output
 
         def of(update: Any, array: wp.array) -> Reading:
-            return Reading(update, partial(to_host, array))
+            return Reading(update, partial(self._on_host, array))
 
         # Output comes first: an external force is evaluated with the frames as they were after the last step.
         find_output, find_frames = self._find_output, self._launches.find_material_frame
@@ -72,23 +74,26 @@ class FreeReadings(Readings):
         with exclusive:
             self._find_output()
             return {
-                "bending": _complex(a.shown.bending),
-                "twist": to_host(a.shown.twist),
-                "activity": to_host(a.shown.activity),
-                "bending_rate": _complex(a.output.bending_rate),
-                "twist_rate": to_host(a.output.twist_rate),
-                "activity_rate": to_host(a.output.activity_rate),
-                "tension": to_host(a.balance.tension),
-                "transverse": _complex(a.balance.transverse_velocity),
-                "axial": to_host(a.balance.axial_velocity)[:, :-1],
-                "angular_velocity": _complex(a.balance.angular_velocity)[:, :-1],
+                "bending": self._complex(a.shown.bending),
+                "twist": self._on_host(a.shown.twist),
+                "activity": self._on_host(a.shown.activity),
+                "bending_rate": self._complex(a.output.bending_rate),
+                "twist_rate": self._on_host(a.output.twist_rate),
+                "activity_rate": self._on_host(a.output.activity_rate),
+                "tension": self._on_host(a.balance.tension),
+                "transverse": self._complex(a.balance.transverse_velocity),
+                "axial": self._on_host(a.balance.axial_velocity)[:, :-1],
+                "angular_velocity": self._complex(a.balance.angular_velocity)[:, :-1],
             }
+
+    def _on_host(self, array: wp.array) -> np.ndarray:
+        """A copy [rod, …] of an array [rod, …] or [tile, …]."""
+        return Tiled(array, self.count).numpy() if is_tiled(array) else to_host(array)
+
+    def _complex(self, pairs: wp.array) -> np.ndarray:
+        values = self._on_host(pairs)
+        return values[..., 0] + 1j * values[..., 1]
 
 
 def _no_update() -> None:
     """Arrays of the state are always up to date."""
-
-
-def _complex(pairs: wp.array) -> np.ndarray:
-    values = pairs.numpy()
-    return values[..., 0] + 1j * values[..., 1]

@@ -23,13 +23,14 @@ from warp_rods.rods.free.shapes import from_midpoint, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
+from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
 FRAME = ("rotation", "position", "angle")
 MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
 BEFORE = ("rotation_before", "position_before", "angle_before")
-CONTACT_STATE = "contact_velocity"
-"""Name of v in a state; see ``kernels/free/load.py``."""
+CONTACT_STATE = {"contact_velocity": "velocity", "contact_lag": "lag"}
+"""Name in a state → array of contact; see ``kernels/free/load.py``."""
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which order 4 is less stable than order 3."""
 FIRST_STEP = 1e-6
@@ -134,9 +135,9 @@ class FreeRods(FreeReadings, Ensemble):
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)
         now, midpoint = self._arrays.now, self._arrays.midpoint
-        now.bending.assign(np.stack([bishop.real, bishop.imag], axis=-1))
-        now.twist.assign(np.ascontiguousarray(strain[..., 0]))
-        now.activity.assign(activity)
+        Tiled(now.bending, self.count).assign(np.stack([bishop.real, bishop.imag], axis=-1))
+        Tiled(now.twist, self.count).assign(strain[..., 0])
+        Tiled(now.activity, self.count).assign(activity)
         midpoint.rotation.assign(rotation)
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
@@ -209,7 +210,8 @@ class FreeRods(FreeReadings, Ensemble):
                 wp.copy(getattr(a.midpoint, name), getattr(a.shown_midpoint, name))
             restart_pace(a.pace, self.time)
             if a.contact.present:
-                a.contact.velocity.zero_()
+                for array in CONTACT_STATE.values():
+                    getattr(a.contact, array).zero_()
 
     @property
     def pace_arrays(self) -> Any:
@@ -308,29 +310,30 @@ class FreeRods(FreeReadings, Ensemble):
     def _settings(self, rod: int) -> dict[str, Any]:
         return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
 
-    def arrays_of_state(self) -> dict[str, wp.array]:
+    def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
         a = self._arrays
-        arrays = {name: getattr(a.now, name) for name in SHAPE}
-        arrays |= {f"{name}_{level}": getattr(getattr(a.past, level), name) for level in PAST for name in SHAPE}
+        fields = {name: getattr(a.now, name) for name in SHAPE}
+        fields |= {f"{name}_{level}": getattr(getattr(a.past, level), name) for level in PAST for name in SHAPE}
+        if a.contact.present:
+            fields |= {name: getattr(a.contact, array) for name, array in CONTACT_STATE.items()}
+        arrays: dict[str, wp.array | Tiled] = {name: Tiled(array, self.count) for name, array in fields.items()}
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
-        if a.contact.present:
-            arrays[CONTACT_STATE] = a.contact.velocity
         return arrays
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays of a state, which may be one without contact."""
-        if self._arrays.contact.present and isinstance(state, Mapping) and CONTACT_STATE not in state:
-            state = {**state, CONTACT_STATE: np.zeros((self.count, self.nodes, 3))}
+        if self._arrays.contact.present and isinstance(state, Mapping):
+            state = {**{name: np.zeros((self.count, self.nodes, 3)) for name in CONTACT_STATE}, **state}
         return super().check_state(state)
 
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate the external force and contact if the state has them."""
         if "force" in state:
             _ = self.force_array
-        if CONTACT_STATE in state:
+        if CONTACT_STATE.keys() & state.keys():
             _ = self.contact_stiffness_array
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:

@@ -10,6 +10,7 @@ from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.tiles import Tiled
 from warp_rods.scene import flagella
 from warp_rods.scene.flagella import LAWS
 from warp_rods.scene.scene import Scene
@@ -177,7 +178,8 @@ def test_a_law_may_have_parameters(monkeypatch):
     """A law with two parameters: from a mapping to the array that the kernels read."""
     monkeypatch.setitem(flagella.LAWS, "biased", BIASED)
     rods = FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": [0.2, 0.3]}, device="cpu")
-    np.testing.assert_array_equal(rods._arrays.rods.law_parameters.numpy(), [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
+    given = Tiled(rods._arrays.rods.law_parameters, 2).numpy()
+    np.testing.assert_array_equal(given, [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
     with pytest.raises(SceneError, match=r"flagella\.threshold = -1: must be positive"):
         FreeRods(2, bend=1e-3, twist=1e-3, flagella={"law": "biased", "threshold": -1.0}, device="cpu")
     with pytest.raises(SceneError, match="unknown key 'threshold'"):
@@ -200,7 +202,8 @@ def test_a_law_with_parameters_is_used_from_a_scene(monkeypatch):
     scene = Scene.parse(text.format('law = "biased", threshold = [0.2, 0.3]'))
     assert Scene.parse(scene.to_toml()) == scene
     rods = Simulation(scene, "cpu").ensembles["cells"]
-    np.testing.assert_array_equal(rods._arrays.rods.law_parameters.numpy(), [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
+    given = Tiled(rods._arrays.rods.law_parameters, 2).numpy()
+    np.testing.assert_array_equal(given, [[0.2, -1, 0, 0], [0.3, -1, 0, 0]])
     for given, said in (
         ('law = "biased", threshold = 0', r"swimmers\[0\].flagella.threshold = 0: must be a positive number"),
         (

@@ -13,6 +13,7 @@ from examples.free import in_space
 from warp_rods.errors import RodFailure
 from warp_rods.rods.ensemble import Failure
 from warp_rods.rods.status import Status
+from warp_rods.rods.tiles import Tiled
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import losses
 from warp_rods.simulation.check import check_run
@@ -160,9 +161,8 @@ def test_a_rod_that_was_frozen_does_not_push_the_others():
     cells = simulation.ensembles["c"]
     first = simulation.variables()["c"]["steric_energy"]
     assert first.min() > 0 and np.linalg.norm(cells.force[0]) > 0
-    broken = cells._arrays.rods.bending_stiffness.numpy()
-    broken[1] = np.nan
-    cells._arrays.rods.bending_stiffness.assign(broken)
+    stiffness = Tiled(cells._arrays.rods.bending_stiffness, 2)
+    stiffness.assign(np.array([stiffness.numpy()[0], np.nan]))
     for _ in simulation.to_next_frame():
         pass
     found = simulation.variables()["c"]

@@ -18,7 +18,7 @@ LARGEST_MOVE = 0.25
 """Largest displacement of a node in one step, in units of the core ε."""
 MOST_PARTS = 1024
 """Largest number of parts of one step of a given length."""
-STARTING = 0.01
+STARTING = 0.004
 """Error allowed in the first steps of a given length Δt, in units of (Δt/τ)³ with the natural time τ of the rods. A
 step of second order has such an error later, but a start that is rough or contradicts the ends needs shorter ones."""
 SMALLEST_STARTING = 1e-9

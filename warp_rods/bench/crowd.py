@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+import time
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -41,9 +41,9 @@ class Crowd:
         self.position = self.rods.position.reshape(-1, 3)
         self.nodes = len(self.position)
         self.period = float(self.simulation.scene.period[0])
-        # The scene's own object would be as good, but is not public.
-        self.neighbours = Neighbours([self.rods], *STERIC.values(), "cpu", period=self.simulation.scene.period)
-        self.apply = partial(self.neighbours.apply)
+        strength, reach, core = STERIC.values()
+        period = self.simulation.scene.period
+        self.apply = Neighbours([self.rods], strength, reach, core, "cpu", period=period).apply
 
     def pairs(self) -> np.ndarray:
         """Numbers of the nodes of each pair of two rods within reach [pair, 2]."""
@@ -59,3 +59,14 @@ class Crowd:
         strength, reach, core = STERIC.values()
         loops.pair_forces(self.position, pairs, self.period, strength, reach, core, force)
         return force
+
+
+def seconds_per_step(count: int, steps: int) -> float:
+    """CPU seconds of a step of a film, from its start."""
+    simulation = Simulation(scene(count, steps), "cpu")
+    simulation.warm_up()
+    start = time.process_time()
+    for _ in simulation.to_next_frame():
+        pass
+    seconds, rods = time.process_time() - start, simulation.ensembles["cells"]
+    return seconds / int((rods.steps_taken + rods.steps_rejected).max())

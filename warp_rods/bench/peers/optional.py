@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Any, TypeVar
+from typing import Any
 
 INSTALL = "pip install 'warp-rods[bench]'"
 PACKAGES = {"numba": "Numba", "elastica": "PyElastica"}
 """Name of the module → name of the package."""
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def missing(*modules: str) -> str:
@@ -18,7 +17,7 @@ def missing(*modules: str) -> str:
     return f"left out, as {' and '.join(absent)} is not installed: {INSTALL}" if absent else ""
 
 
-def compiled(function: Function) -> Function:
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function compiled by Numba, at its first call; where Numba is missing, as it is in Python."""
     if find_spec("numba") is None:
         return function

@@ -43,8 +43,8 @@ def run(
 ) -> None:
     """Run benchmarks, all of them by default, and put what each finds into ``out`` and beside it when it is finished.
 
-    against: the folder of another version of this package, which scenes are compared with. quick: in a form so small that
-    figures mean nothing, for tests. Raises SceneError for an unknown name or a folder without a package.
+    against: the folder of another version of this package, which scenes are compared with. quick: in a form so small
+    that figures mean nothing, for tests. Raises SceneError for an unknown name or a folder without a package.
     """
     console = console or Console(stderr=True, markup=False, highlight=False)
     wanted = chosen(names)

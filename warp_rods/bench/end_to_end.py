@@ -35,7 +35,7 @@ print(json.dumps({"seconds": seconds, "rod_steps": run.rod_steps, "rods": sum(le
 
 
 class Ended(NamedTuple):
-    """A scene that was run: CPU seconds of the whole process, steps of a rod on the average, places at start and end."""
+    """A scene that was run: CPU seconds of the whole process, mean steps of a rod, places at start and end."""
 
     seconds: float
     steps: float

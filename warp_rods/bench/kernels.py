@@ -38,11 +38,12 @@ class Size:
     scipy: int = 1000
     numbers: int = 2**24
     crowd: int = 1000
+    membranes: Sequence[str] = tuple(rods.BOUND)
     repeats: int = 5
 
 
 FULL = Size()
-QUICK = Size((1, 2), (1, 2), (1, 2), 2, 1000, 30, 1)
+QUICK = Size((2,), (2,), (2,), 2, 1000, 30, ("dumbbell",), 1)
 
 
 def run(settings: Settings) -> Section:
@@ -54,9 +55,9 @@ def run(settings: Settings) -> Section:
 
 
 NOTES = (
-    f"ns a node of one core, N = {NODES} (bound rods 33). Copy bound: the least time in which the memory moves what the "
-    "work must read and write, at the bandwidth of numpy.copyto of 128 MB measured in turns with it; what fits into a "
-    "cache can be quicker.",
+    f"ns a node of one core, N = {NODES} (bound rods 33). Copy bound: the least time in which the memory moves what "
+    "the work must read and write, at the bandwidth of numpy.copyto of 128 MB measured in turns with it; what fits "
+    "into a cache can be quicker.",
     "LAPACK: scipy.linalg.solve_banded for each rod, and for all rods as one long banded matrix. Numba: plain loops.",
     "Steps: own: of each rod by its error; together: equal steps of order 2. Time over all steps taken and repeated.",
     "Pairs: within the cut-off, each counted once; all that contact does in a step when lists hold, forces and "
@@ -203,7 +204,9 @@ def pairs(size: Size, settings: Settings) -> Table:
         works["Numba, forces over a given list"] = Work(partial(found.numba_forces, listed))
     works["cKDTree, the list"] = Work(found.pairs)
     times = in_turns(works, size.repeats)
-    rows = [[name, 1e9 * t.median / len(listed), 1e9 * t.median / found.nodes] for name, t in times.items()]
+    rows: list[list[Cell]] = [
+        [name, 1e9 * t.median / len(listed), 1e9 * t.median / found.nodes] for name, t in times.items()
+    ]
     title = f"pair sums, {size.crowd} rods of {crowd.NODES} nodes, {len(listed) / found.nodes:.1f} pairs a node"
     return Table(title, ["", "ns a pair", "ns a node"], rows)
 
@@ -211,7 +214,7 @@ def pairs(size: Size, settings: Settings) -> Table:
 def steps(size: Size, settings: Settings, kind: str) -> Table:
     """Whole steps of rods that do not feel each other."""
     columns = dict[str, dict[str, float]]()
-    makers = rods.FREE if kind == "free" else rods.BOUND
+    makers = rods.FREE if kind == "free" else {name: rods.BOUND[name] for name in size.membranes}
     for count in size.rod_batches if kind == "free" else size.bound_batches:
         settings.tell(f"{kind} rods, {count}")
         works, counters = dict[str, Work](), dict[str, rods.Stepped]()

@@ -11,8 +11,8 @@ from warp_rods.simulation.files import replace_file
 HEAD = """# Results of the benchmarks
 
 Made by `warp-rods bench`, which replaces the sections of those that it runs; not edited. Times are CPU time of one core
-(the process is kept on it, other codes have one thread), medians of runs in turns with what they are compared with, unless
-a table says otherwise. Each section says on which machine, when, and of which commit.
+(the process is kept on it, other codes have one thread), medians of runs in turns with what they are compared with,
+unless a table says otherwise. Each section says on which machine, when, and of which commit.
 """
 MARK = "\n## "
 

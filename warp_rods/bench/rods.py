@@ -25,7 +25,7 @@ STEP = {"FreeRods": 1e-3, "BoundRods": 1e-4}
 
 
 class Stepped:
-    """Rods that go through the same steps at each ``run``, after ``restore``; ``node_steps``: nodes times steps in it."""
+    """Rods that go through the same steps at each ``run``, after ``restore``; ``node_steps``: nodes times steps."""
 
     def __init__(self, rods: Ensemble, how: str):
         self.rods, self._own = rods, how == "own"

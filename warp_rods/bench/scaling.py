@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -57,8 +57,8 @@ def run(settings: Settings) -> Section:
 
 
 NOTES = (
-    "CPU time of a step of all rods on one core; own steps from the start of the rods. Exponent: slope between the last "
-    "two sizes, and fitted over the last half. Swimmers in a plane, 33 nodes; sensors on a dumbbell, 33 nodes; 10 "
+    "CPU time of a step of all rods on one core; own steps from the start of the rods. Exponent: slope between the "
+    "last two sizes, and fitted over the last half. Swimmers in a plane, 33 nodes; sensors on a dumbbell, 33 nodes; 10 "
     "swimmers of more nodes; cells in a film (nematic lanes, area fraction 0.3), steps together with contact.",
     "Cores: wall time, which other work on the machine disturbs. Each core's rods are a slice of the batch.",
 )
@@ -133,7 +133,7 @@ def shared(size: Size, settings: Settings) -> Table:
                 seconds[n].append(time.perf_counter() - start)
         median = {n: times_of(values[1:]).median for n, values in seconds.items()}
         first = median.get(size.cores[0])
-        rows.append([f"{count} swimmers", *(first and n in median and first / median[n] or None for n in size.cores)])
+        rows.append([f"{count} swimmers", *(first / median[n] if first and n in median else None for n in size.cores)])
     machine.use_one_core()
     return Table("cores: wall time on one over that on", ["", *(f"{n} cores" for n in size.cores)], rows)
 
@@ -149,7 +149,7 @@ def on_cores(count: int, number: int) -> Work:
     return Work(stepped.run, before)
 
 
-def figure(curves: dict[str, tuple[Sequence[int], Sequence[float]]]) -> Any:
+def figure(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]]) -> Any:
     """Costs against sizes, and lines of slope 1."""
     page = plots.figure(plots.PAGE, 50)
     for axes, (name, (sizes, seconds)) in zip(page.subplots(1, len(curves)), curves.items(), strict=True):

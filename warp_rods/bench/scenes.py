@@ -51,11 +51,11 @@ def run(settings: Settings) -> Section:
 
 
 NOTES = (
-    "CPU time of the whole process on one core: start of Python, reading and placing, steps, frames, animation. Kernels "
-    "are compiled before. Start: the same run ended at its first frame.",
-    "Error: the largest distance of a node, in lengths of the rod, at the end from our run at the tighter tolerance; "
-    "over the rods. Where collisions amplify errors the largest says little. Steps: taken and repeated, of a rod on the "
-    "average; of versions before steps by error the planned ones.",
+    "CPU time of the whole process on one core: start of Python, reading and placing, steps, frames, animation. "
+    "Kernels are compiled before. Start: the same run ended at its first frame.",
+    "Error: the largest distance of a node, in lengths of the rod, at the end from our run at the tighter tolerance, "
+    "over the rods. Where collisions amplify errors the largest says little. Steps: taken and repeated, of a rod on "
+    "the average; of versions before steps by error the planned ones.",
     "--against FOLDER compares with the version in a clone at another commit, with its own scene.",
 )
 

@@ -54,13 +54,19 @@ def in_turns(
         tell(name)
         first = cpu_seconds(work)  # compiles, fills caches
         found[name] = [first] if work.slow else []
-        calls[name] = 0 if work.slow else int(np.ceil(long_enough / max(cpu_seconds(work), 1e-7)))
+        calls[name] = 0 if work.slow else 1 + int(long_enough / max(cpu_seconds(work), 1e-7))
     for number in range(repeats):
         tell(f"turn {number + 1} of {repeats}")
         for name, work in works.items():
             if calls[name]:
                 found[name].append(sum(cpu_seconds(work) for _ in range(calls[name])) / calls[name])
     return {name: times_of(values) for name, values in found.items()}
+
+
+def ratio_in_turns(work: Work, unit: Work, repeats: int) -> float:
+    """CPU time of a work over that of a unit run right after it: the median over ``repeats`` turns, after one more."""
+    ratios = [cpu_seconds(work) / cpu_seconds(unit) for _ in range(repeats + 1)]
+    return float(np.median(ratios[1:]))
 
 
 def times_of(seconds: Sequence[float]) -> Times:

@@ -1,4 +1,4 @@
-"""The method of the dissertation (§4.2): implicit backward differences of second order, a hybrid solver at each step."""
+"""The method of the dissertation (§4.2): implicit backward differences of second order, a hybrid solver a step."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from warp_rods.bench.peers.planar import Swimmer, right_side
 
 
 def solve(swimmer: Swimmer, start: np.ndarray, times: np.ndarray, step: float) -> np.ndarray:
-    """κ [time, node] of the half rod at ``times``, multiples of the step; the right side is the expert's (planar.py)."""
+    """κ [time, node] of the half rod at ``times``, multiples of the step; right side as in planar.py."""
     rate = right_side(swimmer, len(start) // 2)
     now, before = start, start
     shown, wanted = [], np.round(times / step).astype(int)

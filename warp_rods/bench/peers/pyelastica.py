@@ -1,7 +1,7 @@
 """The planar swimmer in PyElastica: a Cosserat rod with mass, stretching and shear, and forcing compiled by Numba.
 
-A rod without mass and stretching is a limit that an explicit code cannot take: the mass per length is ``mass`` times the
-drag per length, so that velocities relax in that time, and the stretching stiffness EA is ``STRETCH``, which with
+A rod without mass and stretching is a limit that an explicit code cannot take: the mass per length is ``mass`` times
+the drag per length, so that velocities relax in that time, and the stretching stiffness EA is ``STRETCH``, which with
 forces f* L about 0.5 stretches it by about a hundredth. Its radius follows from both stiffnesses.
 """
 

@@ -37,7 +37,7 @@ class Size:
     bound_batches: Sequence[int] = (1, 100)
     scipy: int = 1000
     numbers: int = 2**24
-    crowd: int = 1000
+    crowd: int = 200
     membranes: Sequence[str] = tuple(rods.BOUND)
     repeats: int = 5
 
@@ -60,8 +60,9 @@ NOTES = (
     "into a cache can be quicker.",
     "LAPACK: scipy.linalg.solve_banded for each rod, and for all rods as one long banded matrix. Numba: plain loops.",
     "Steps: own: of each rod by its error; together: equal steps of order 2. Time over all steps taken and repeated.",
-    "Pairs: within the cut-off, each counted once; all that contact does in a step when lists hold, forces and "
-    "stiffness. Numba: the force alone, over a list of exactly these pairs that was made before; cKDTree: making it.",
+    "Contact: sensors as in proteins.toml, at random. Pairs within reach, each counted once. Forces and stiffness: all "
+    "that contact does in a step whose lists hold. Numba: the force alone, over a list of exactly these pairs that was "
+    "made before; cKDTree: making it.",
 )
 
 
@@ -195,11 +196,11 @@ def numpy_product(strain: np.ndarray) -> np.ndarray:
 
 
 def pairs(size: Size, settings: Settings) -> Table:
-    """Steric forces in a film of swimmers."""
+    """Steric forces between sensors on a dumbbell."""
     settings.tell(f"pairs of {size.crowd} rods")
-    found = crowd.Crowd(size.crowd)
+    found = crowd.Packed(size.crowd)
     listed = found.pairs()
-    works = {"ours, forces and stiffness": Work(found.apply)}
+    works = {"ours, forces and stiffness": Work(found.apply), "ours, the lists": Work(found.list)}
     if not missing("numba"):
         works["Numba, forces over a given list"] = Work(partial(found.numba_forces, listed))
     works["cKDTree, the list"] = Work(found.pairs)
@@ -207,7 +208,7 @@ def pairs(size: Size, settings: Settings) -> Table:
     rows: list[list[Cell]] = [
         [name, 1e9 * t.median / len(listed), 1e9 * t.median / found.nodes] for name, t in times.items()
     ]
-    title = f"pair sums, {size.crowd} rods of {crowd.NODES} nodes, {len(listed) / found.nodes:.1f} pairs a node"
+    title = f"contact, {size.crowd} rods of {found.rods.nodes} nodes, {len(listed) / found.nodes:.1f} pairs a node"
     return Table(title, ["", "ns a pair", "ns a node"], rows)
 
 

@@ -18,8 +18,10 @@ from warp_rods.rods.free.rods import FreeRods
 
 FREE_NODES, BOUND_NODES = 65, 33
 WAYS = ("own", "together")
-NODE_STEPS = 20_000
-"""Nodes times steps of a measurement, about."""
+NODE_STEPS = 200_000
+"""Nodes times equal steps of a measurement, about."""
+MOST_STEPS = 200
+"""At most so many of them."""
 STEP = {"FreeRods": 1e-3, "BoundRods": 1e-4}
 """Equal steps."""
 
@@ -32,7 +34,7 @@ class Stepped:
         self._step = STEP[type(rods).__name__]
         if not self._own:
             rods.step(self._step, 40)  # the first steps are divided
-        self._steps = max(1, NODE_STEPS // (rods.count * rods.nodes))
+        self._steps = min(MOST_STEPS, max(1, NODE_STEPS // (rods.count * rods.nodes)))
         self._start, self._time = rods.state(), rods.time
         before = self._taken()
         self.run()

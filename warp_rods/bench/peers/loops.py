@@ -78,15 +78,13 @@ def frames(strain, spacing, rotation, position):
 
 
 @compiled
-def pair_forces(position, pairs, period, strength, reach, core, force):
+def pair_forces(position, pairs, strength, reach, core, force):
     """Add the forces −∇G of G(ρ) = g0 e^(−ρ/a)/4πρ, ρ² = r² + ε², to both nodes of each pair (5.39)."""
     for p in range(len(pairs)):
         i, j = pairs[p]
         x = position[i, 0] - position[j, 0]
         y = position[i, 1] - position[j, 1]
         z = position[i, 2] - position[j, 2]
-        x -= period * np.rint(x / period)
-        y -= period * np.rint(y / period)
         rho = np.sqrt(x * x + y * y + z * z + core * core)
         push = strength / (4 * np.pi) * np.exp(-rho / reach) / rho * (1 / rho + 1 / reach) / rho
         force[i, 0] += push * x

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
+HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d", "numba", "elastica"}
 KERNELS_IMPORT = {"warp", "warp_rods", "functools", "types", "typing"}
 
 

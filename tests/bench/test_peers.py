@@ -5,7 +5,7 @@ import pytest
 from reference import free
 
 from warp_rods import BoundRods, FreeRods, surfaces
-from warp_rods.bench.peers import chain, dissertation, in_space, loops, planar
+from warp_rods.bench.peers import chain, dissertation, in_space, loops, planar, planar_steps
 from warp_rods.bench.precision import front, time_at
 from warp_rods.bench.swimmer_problem import QUICK, Problem, error
 
@@ -72,7 +72,7 @@ def test_the_dissertations_method_is_of_second_order_and_ours_finds_its_limit():
     coarse, fine = (
         error(dissertation.solve(problem.swimmer, problem.half, problem.times, dt), exact) for dt in (5e-3, 2.5e-3)
     )
-    assert 1.8 < np.log2(coarse / fine) < 2.3
+    assert 1.8 < np.log2(coarse / fine) < 2.2
     rods = problem.rods(1)
     found = []
     for time in problem.times:
@@ -153,3 +153,12 @@ def test_times_at_an_error_lie_between_runs_by_powers():
     assert time_at(errors, seconds, 1e-1) == 1.0 and time_at(errors, seconds, 1e-5) is None
     assert time_at([], [], 1e-3) is None and time_at([np.inf], [1.0], 1e-3) is None
     assert [list(column) for column in front(errors, seconds)] == [[1e-2, 1e-4], [1.0, 100.0]]
+
+
+def test_steps_in_loops_are_of_second_order():
+    problem = Problem(1e-2, QUICK)
+    exact = problem.exact()
+    errors = [
+        error(planar_steps.solve(problem.swimmer, problem.half, problem.times, dt), exact) for dt in (2.5e-3, 1.25e-3)
+    ]
+    assert errors[0] < 1e-3 and 1.8 < np.log2(errors[0] / errors[1]) < 2.2

@@ -13,9 +13,11 @@ from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
 from warp_rods.bench import crowd, rods
-from warp_rods.bench.peers import loops
+from warp_rods.bench.peers import loops, planar_steps
 from warp_rods.bench.peers.optional import missing
 from warp_rods.bench.result import Cell, Section, Settings, Table
+from warp_rods.bench.swimmer_problem import FULL as FULL_SWIMMER
+from warp_rods.bench.swimmer_problem import Problem
 from warp_rods.bench.timing import Work, bytes_per_second, copy, in_turns
 from warp_rods.kernels import banded, lie
 from warp_rods.kernels.layout import per_node, per_rod, real
@@ -223,6 +225,26 @@ def steps(size: Size, settings: Settings, kind: str) -> Table:
             for how in rods.WAYS:
                 stepped = counters[f"{name}, {how}"] = rods.Stepped(make(count), how)
                 works[f"{name}, {how}"] = Work(stepped.run, stepped.restore)
+        node_steps = {name: stepped.node_steps for name, stepped in counters.items()}
+        if kind == "free" and not missing("numba"):
+            works[LOOPS], node_steps[LOOPS] = numba_steps(count)
         times = in_turns(works, size.repeats)
-        columns[f"B = {count}"] = {n: 1e9 * t.median / counters[n].node_steps for n, t in times.items()}
+        columns[f"B = {count}"] = {name: 1e9 * t.median / node_steps[name] for name, t in times.items()}
     return across(f"whole steps of {kind} rods, ns a node", columns)
+
+
+LOOPS = "Numba loops, in a plane, half a rod, together"
+
+
+def numba_steps(count: int) -> tuple[Work, int]:
+    """Equal steps of ours in plain loops, one rod after another; and nodes times steps."""
+    problem, steps = Problem(1e-3, FULL_SWIMMER), 100
+    y, before = problem.half.copy(), problem.half.copy()
+    planar_steps.advance(y, before, 1e-3, steps, *problem.swimmer)
+    works = [(y.copy(), before.copy()) for _ in range(count)]
+
+    def run() -> None:
+        for now, last in works:
+            planar_steps.advance(now, last, 1e-3, steps, *problem.swimmer)
+
+    return Work(run), count * steps * (len(y) // 2)

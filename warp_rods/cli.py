@@ -200,7 +200,10 @@ def bench(
         for name, row in BENCHMARKS.items():
             print(f"{name:10} {row.what} (about {row.minutes:g} min)")
         return
-    bench.run(names or [], out, against=against, quick=quick, console=Console(markup=False, highlight=False))
+    console = Console(markup=False, highlight=False)
+    if failed := bench.run(names or [], out, against=against, quick=quick, console=console):
+        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -1,10 +1,12 @@
 """Every benchmark runs to its end; here in a quick form, whose figures mean nothing."""
 
+import io
 import subprocess
 import sys
 from importlib.util import find_spec
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from warp_rods.bench import bench, results_file
@@ -68,6 +70,19 @@ def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
         bench.run(["kernls"], tmp_path / "RESULTS.md")
     with pytest.raises(SceneError, match="there is no warp_rods/ in it"):
         bench.run(["kernels"], tmp_path / "RESULTS.md", against=tmp_path)
+
+
+def test_one_that_fails_is_told_and_the_others_continue(tmp_path, monkeypatch):
+    def apart(name, quick, against, folder):
+        if name == "kernels":
+            raise ArithmeticError("no such number")
+        return Section([Table("times", ["", "s"], [["a", 1.0]])])
+
+    monkeypatch.setattr(bench, "_apart", apart)
+    text = io.StringIO()
+    console = Console(file=text)
+    assert bench.run(["kernels", "steps"], tmp_path / "RESULTS.md", console=console) == ["kernels"]
+    assert "no such number" in text.getvalue() and "## steps" in (tmp_path / "RESULTS.md").read_text(encoding="utf-8")
 
 
 def test_the_command_lists_and_writes(tmp_path):

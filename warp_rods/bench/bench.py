@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -40,8 +41,10 @@ def run(
     against: Path | None = None,
     quick: bool = False,
     console: Console | None = None,
-) -> None:
+) -> list[str]:
     """Run benchmarks, all of them by default, and put what each finds into ``out`` and beside it when it is finished.
+
+    Returns the names of those that failed; the others continue.
 
     against: the folder of another version of this package, which scenes are compared with. quick: in a form so small
     that figures mean nothing, for tests. Raises SceneError for an unknown name or a folder without a package.
@@ -54,15 +57,27 @@ def run(
             f"against = {against}: there is no warp_rods/ in it: give the folder of a clone of this project"
         )
     provenance = machine.provenance(cores()) + ("; quick form, its figures mean nothing" if quick else "")
+    failed = []
     for number, name in enumerate(wanted):
         row, began = BENCHMARKS[name], time.perf_counter()
         console.print(f"{name} ({number + 1} of {len(wanted)}): {row.what}, about {row.minutes:g} min")
-        with _one_thread(), ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin) as process:
-            section = process.submit(perform, name, quick, against, out.parent).result()
+        try:
+            section = _apart(name, quick, against, out.parent)
+        except Exception:  # the others continue, whatever failed here
+            console.print(f"{name}: failed\n{traceback.format_exc()}", style="red")
+            failed.append(name)
+            continue
         report(section, console)
         text = results_file.text_of(name, row.what, section, provenance)
         results_file.write(out, name, text, list(BENCHMARKS))
         console.print(f"{in_words(time.perf_counter() - began)}; in {out}\n")
+    return failed
+
+
+def _apart(name: str, quick: bool, against: Path | None, folder: Path) -> Section:
+    """One benchmark in a process of its own."""
+    with _one_thread(), ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin) as process:
+        return process.submit(perform, name, quick, against, folder).result()
 
 
 def _begin() -> None:

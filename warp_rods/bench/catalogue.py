@@ -26,10 +26,10 @@ class Benchmark(NamedTuple):
 
 BENCHMARKS: dict[str, Benchmark] = {
     "kernels": Benchmark("kernels and whole steps beside the memory's bandwidth, LAPACK and Numba", "kernels", 2),
-    "swimmer": Benchmark("time to solution at equal error: the planar active swimmer", "swimmer", 3),
+    "swimmer": Benchmark("time to solution at equal error: the planar active swimmer", "swimmer", 5),
     "filament": Benchmark("a filament on a membrane, also by a penalty chain and by projected beads", "filament", 2),
-    "scenes": Benchmark("proteins.toml and swarm_2d.toml end to end, also against another commit", "scenes", 4),
-    "scaling": Benchmark("cost against rods, nodes, cores and cells that touch", "scaling", 3),
+    "scenes": Benchmark("proteins.toml and swarm_2d.toml end to end, also against another commit", "scenes", 6),
+    "scaling": Benchmark("cost against rods, nodes, cores and cells that touch", "scaling", 2),
     "steps": Benchmark("error against steps, tolerance and nodes (docs/steps.md)", "steps", 2),
 }
 """By name, in the order of the results."""

@@ -76,8 +76,12 @@ def run(
 
 def _apart(name: str, quick: bool, against: Path | None, folder: Path) -> Section:
     """One benchmark in a process of its own."""
-    with _one_thread(), ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin) as process:
-        return process.submit(perform, name, quick, against, folder).result()
+    process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
+    try:
+        with _one_thread():
+            return process.submit(perform, name, quick, against, folder).result()
+    finally:
+        process.shutdown(wait=False)  # a signal must not wait for it; the command line ends it
 
 
 def _begin() -> None:

@@ -28,7 +28,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     "kernels": Benchmark("kernels and whole steps beside the memory's bandwidth, LAPACK and Numba", "kernels", 2),
     "swimmer": Benchmark("time to solution at equal error: the planar active swimmer", "swimmer", 5),
     "filament": Benchmark("a filament on a membrane, also by a penalty chain and by projected beads", "filament", 2),
-    "scenes": Benchmark("proteins.toml and swarm_2d.toml end to end, also against another commit", "scenes", 6),
+    "scenes": Benchmark("scenes end to end: proteins.toml and swarm_2d.toml, also against another commit", "scenes", 6),
     "scaling": Benchmark("cost against rods, nodes, cores and cells that touch", "scaling", 2),
     "steps": Benchmark("error against steps, tolerance and nodes (docs/steps.md)", "steps", 2),
 }

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d"}
+HEAVY = {"pxr", "matplotlib", "dask", "pyvista", "k3d", "numba", "elastica"}
 SLOW = HEAVY | {"warp", "scipy", "sympy", "xarray", "pandas", "zarr", "trimesh"}
-KERNELS_IMPORT = {"warp", "warp_rods", "functools", "types", "typing"}
+KERNELS_IMPORT = {"warp", "warp_rods", "ctypes", "functools", "os", "types", "typing"}
 
 
 def test_imports_obey_the_rules(tmp_path):

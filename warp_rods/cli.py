@@ -196,6 +196,31 @@ def reproduce(
 
 
 @app.command()
+def bench(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="list|NAME...", help="list shows the names; without one all are run")
+    ] = None,
+    out: Annotated[Path, _out("The file of results; figures go beside it")] = Path("benchmarks/RESULTS.md"),
+    against: Annotated[
+        Path | None, _out("A clone of this project at another commit, with which scenes are compared")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Reduced forms, whose figures mean nothing")] = False,
+) -> None:
+    """Measure what a simulation costs, beside other codes in the same run; writes benchmarks/RESULTS.md."""
+    from warp_rods.bench import bench
+    from warp_rods.bench.catalogue import BENCHMARKS
+
+    if names == ["list"]:
+        for name, row in BENCHMARKS.items():
+            print(f"{name:10} {row.what} (about {row.minutes:g} min)")
+        return
+    console = Console(markup=False, highlight=False)
+    if failed := bench.run(names or [], out, against=against, quick=quick, console=console):
+        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
 def devices() -> None:
     """List the devices for --device."""
     from warp_rods.device import known

@@ -16,7 +16,7 @@ which the ensemble's check of the rod detects. Solutions of other rods are not a
 
 import warp as wp
 
-from warp_rods.kernels.lanes import add, div, mul, pair, sub  # noqa: F401 (operators)
+from warp_rods.kernels.lanes import Lanes2D, Pairs, add, div, mul, pair, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Pairs2D, Scalars2D, Values2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -133,33 +133,29 @@ def solve_pentadiagonal_rod(
 
 @wp.kernel
 def solve_tridiagonal(
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    rhs: Values2D,
-    work: Scalars2D,
-    solution: Values2D,
+    lower: Values2D, diagonal: Values2D, upper: Values2D, rhs: Values2D, work: Values2D, solution: Values2D
 ):
-    """Solve the tridiagonal system of every rod; launch with ``dim = rods``. See ``solve_tridiagonal_rod``."""
+    """Solve the system of every rod, or tile; ``dim`` is their number. See ``solve_tridiagonal_rod``."""
     solve_tridiagonal_rod(wp.tid(), lower, diagonal, upper, rhs, work, solution)
 
 
 @wp.kernel
 def solve_pentadiagonal(
-    lower2: Scalars2D,
-    lower: Scalars2D,
-    diagonal: Scalars2D,
-    upper: Scalars2D,
-    upper2: Scalars2D,
+    lower2: Values2D,
+    lower: Values2D,
+    diagonal: Values2D,
+    upper: Values2D,
+    upper2: Values2D,
     rhs: Values2D,
-    work: Pairs2D,
+    work: Values2D,
     solution: Values2D,
 ):
-    """Solve the pentadiagonal system of every rod; launch with ``dim = rods``. See ``solve_pentadiagonal_rod``."""
+    """Solve the system of every rod, or tile; ``dim`` is their number. See ``solve_pentadiagonal_rod``."""
     solve_pentadiagonal_rod(wp.tid(), lower2, lower, diagonal, upper, upper2, rhs, work, solution)
 
 
-# Both types are declared here, so that loading the module compiles both and no launch compiles anything.
-for _type in (Scalars2D, Pairs2D):
-    wp.overload(solve_tridiagonal, {"rhs": _type, "solution": _type})
-    wp.overload(solve_pentadiagonal, {"rhs": _type, "solution": _type})
+# All types are declared here, so that loading the module compiles them and no launch compiles anything.
+for _numbers, _pairs in ((Scalars2D, Pairs2D), (Lanes2D, Pairs)):
+    for _values in (_numbers, _pairs):
+        wp.overload(solve_tridiagonal, [*[_numbers] * 3, _values, _numbers, _values])
+        wp.overload(solve_pentadiagonal, [*[_numbers] * 5, _values, _pairs, _values])

@@ -20,7 +20,9 @@ from warp_rods.bench.swimmer_problem import FULL as FULL_SWIMMER
 from warp_rods.bench.swimmer_problem import Problem
 from warp_rods.bench.timing import Work, bytes_per_second, copy, in_turns
 from warp_rods.kernels import banded, lie
+from warp_rods.kernels.lanes import Lanes, Pair
 from warp_rods.kernels.layout import per_node, per_rod, real
+from warp_rods.rods.tiles import tiled
 
 NODES = 65
 DIAGONALS = {3: "tridiagonal", 5: "pentadiagonal"}
@@ -91,6 +93,17 @@ def our_solve(bands: int, count: int, pairs: bool) -> Work:
     return recorded(banded, kernel, count, [*rows, right, work, solution])
 
 
+def our_solve_in_tiles(bands: int, count: int, pairs: bool) -> Work:
+    """The same in the lanes of vector instructions, as rods are stepped."""
+    rows = [tiled(values) for values in coefficients(bands, count)]
+    dtype = Pair if pairs else Lanes
+    shape = (count, NODES, 2) if pairs else (count, NODES)
+    right, solution = tiled(np.ones(shape), dtype), tiled(np.zeros(shape), dtype)
+    work = tiled(np.zeros((count, NODES) if bands == 3 else (count, NODES, 2)), Lanes if bands == 3 else Pair)
+    kernel = banded.solve_tridiagonal if bands == 3 else banded.solve_pentadiagonal
+    return recorded(banded, kernel, len(right), [*rows, right, work, solution])
+
+
 def recorded(module: Any, kernel: Any, count: int, inputs: list[Any]) -> Work:
     """A launch as a graph."""
     wp.load_module(module)
@@ -127,6 +140,8 @@ def solves(size: Size, bands: int, settings: Settings) -> Table:
         settings.tell(f"{DIAGONALS[bands]}, {count} rods")
         works = {"copy": copy(size.numbers)}
         works |= {"ours, numbers": our_solve(bands, count, False), "ours, pairs": our_solve(bands, count, True)}
+        works |= {"ours in tiles, numbers": our_solve_in_tiles(bands, count, False)}
+        works |= {"ours in tiles, pairs": our_solve_in_tiles(bands, count, True)}
         if count <= size.scipy:
             works["LAPACK, rod by rod"] = scipy_solve(bands, count, False)
         works["LAPACK, one long matrix"] = scipy_solve(bands, count, True)

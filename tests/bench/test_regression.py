@@ -14,7 +14,7 @@ import pytest
 from warp_rods.bench import rods
 from warp_rods.bench.timing import Work, ratio_in_turns
 
-RECORDED = {"free": 30.0, "bound": 80.0}
+RECORDED = {"free": 8.0, "bound": 22.0}
 """Time of a node in a step over that of a number in ``polynomial``."""
 SLOWER = 3.0
 TURNS = 7

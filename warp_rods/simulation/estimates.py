@@ -36,7 +36,7 @@ class Footprint(NamedTuple):
     rod: int
 
 
-FOOTPRINTS = {"swimmers": Footprint(930, 1350, 600, 450, 2500), "filaments": Footprint(410, 530, 470, 240, 3000)}
+FOOTPRINTS = {"swimmers": Footprint(930, 1550, 600, 450, 2500), "filaments": Footprint(410, 530, 470, 240, 3000)}
 """By the kind of rods."""
 PROCESS = 400e6
 """Bytes of the program itself."""

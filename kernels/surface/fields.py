@@ -7,6 +7,7 @@ import warp as wp
 
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.surface.geometry import Parameters
+from warp_rods.kernels.surface.trigonometry import cosine, sine
 
 wp.set_module_options({"enable_backward": False})
 
@@ -86,8 +87,8 @@ def bridge(x: wp.vec3d, p: Parameters):
 def undulated(x: wp.vec3d, p: Parameters):
     """φ = |x|² − R² + ε(cos kx + cos ky + cos kz): a sphere with bumps."""
     k = p.v[2]
-    c = wp.vec3d(wp.cos(k * x[0]), wp.cos(k * x[1]), wp.cos(k * x[2]))
-    s = wp.vec3d(wp.sin(k * x[0]), wp.sin(k * x[1]), wp.sin(k * x[2]))
+    c = wp.vec3d(cosine(k * x[0]), cosine(k * x[1]), cosine(k * x[2]))
+    s = wp.vec3d(sine(k * x[0]), sine(k * x[1]), sine(k * x[2]))
     phi = wp.dot(x, x) - p.v[0] * p.v[0] + p.v[1] * (c[0] + c[1] + c[2])
     two = wp.vec3d(real(2.0), real(2.0), real(2.0))
     return phi, real(2.0) * x - s * (p.v[1] * k), wp.diag(two - c * (p.v[1] * k * k))

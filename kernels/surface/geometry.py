@@ -11,6 +11,7 @@ import warp as wp
 
 from warp_rods.kernels.lanes import mul, sub  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
+from warp_rods.kernels.surface.trigonometry import cosine, sine  # noqa: F401 (used by written fields)
 
 wp.set_module_options({"enable_backward": False})
 
@@ -35,7 +36,11 @@ def _rate_signature(x: wp.vec3d, p: Parameters, rates: Parameters): ...
 
 
 def written_field(name: str, source: str) -> wp.Function:
-    """A field from source code, in a Warp module of this name; the source may use ``wp`` and ``Parameters``."""
+    """A field from source code, in a Warp module of this name; the source may use ``wp`` and ``Parameters``.
+
+    Its sines and cosines become those without calls.
+    """
+    source = source.replace("wp.sin(", "sine(").replace("wp.cos(", "cosine(")
     return wp.Function(_signature, key=name, namespace="", module=wp.get_module(name), source=source)
 
 

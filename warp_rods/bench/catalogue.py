@@ -30,6 +30,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     "filament": Benchmark("a filament on a membrane, also by a penalty chain and by projected beads", "filament", 2),
     "scenes": Benchmark("scenes end to end: proteins.toml and swarm_2d.toml, also against another commit", "scenes", 6),
     "scaling": Benchmark("cost against rods, nodes, cores and cells that touch", "scaling", 2),
+    "gpu": Benchmark("steps on a GPU beside the bandwidth of its memory", "gpu", 1),
     "steps": Benchmark("error against steps, tolerance and nodes (docs/steps.md)", "steps", 2),
 }
 """By name, in the order of the results."""

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.kernels.lanes import FIELDS, WIDTH, Lanes
+from warp_rods.kernels.multistep import Weights
 
 
 def tiles_of(rods: int) -> int:
@@ -17,7 +18,7 @@ def tiles_of(rods: int) -> int:
 
 def is_tiled(array: wp.array) -> bool:
     """Whether the elements of a device array are those of a whole tile."""
-    return array.dtype in FIELDS
+    return array.dtype in (*FIELDS, Weights)
 
 
 def tiled(values: np.ndarray, dtype: Any = Lanes, device: Any = None) -> wp.array:

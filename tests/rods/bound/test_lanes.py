@@ -6,6 +6,7 @@ from examples.contact_steps import take_one
 
 from warp_rods.kernels.lanes import WIDTH
 from warp_rods.membranes import surfaces
+from warp_rods.rods import slices
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.status import Status
 
@@ -62,6 +63,19 @@ def test_bits_do_not_depend_on_neighbours_or_lanes():
         run(alone)
         check_equal(state, alone.state(), rod)
         check_equal(values, alone.variables(), rod)
+
+
+def test_bits_do_not_depend_on_threads(monkeypatch):
+    one = filaments()
+    monkeypatch.setattr(slices, "NODES_PER_THREAD", 17)
+    monkeypatch.setattr(slices, "cores", lambda: 2)
+    two = filaments()
+    assert (one.threads, two.threads) == (1, 2)
+    for rods in (one, two):
+        run(rods)
+    for ours, theirs in ((two.state(), one.state()), (two.variables(), one.variables())):
+        for name, values in theirs.items():
+            np.testing.assert_array_equal(ours[name], values, err_msg=name)
 
 
 @pytest.mark.parametrize("broken", ["pulled away", "not a number"])

@@ -9,9 +9,11 @@ from reference import free as twin
 from reference.contact_drag import ContactFormula
 
 from warp_rods.kernels.contact_drag import Alternating, drag_in_plane, principal, share_foretold
+from warp_rods.kernels.lanes import Lanes, Lanes1D, Vector
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.tiles import Tiled, tiled
 
 wp.set_module_options({"enable_backward": False})
 
@@ -47,12 +49,11 @@ def test_every_mode_of_a_stiff_contact_is_stable(kappa, verified):
 
 
 @wp.kernel
-def evaluate(K: wp.array(dtype=wp.vec3d), own: wp.float64, terms: Alternating, drag: wp.array(dtype=wp.vec4d)):
-    i = wp.tid()
-    kappa = principal(K[i])
-    share = share_foretold(kappa[0] + kappa[1], own, terms)
-    D = drag_in_plane(K[i], own, share, terms)
-    drag[i] = wp.vec4d(D[0], D[1], D[2], share)
+def evaluate(K: wp.array(dtype=Vector), own: Lanes, terms: Alternating, drag: wp.array(dtype=Vector), share: Lanes1D):
+    tile = wp.tid()
+    kappa = principal(K[tile])
+    share[tile] = share_foretold(kappa[0] + kappa[1], own, terms)
+    drag[tile] = drag_in_plane(K[tile], own, share[tile], terms)
 
 
 def test_the_drag_has_the_principal_directions_of_the_stiffness(verified):
@@ -63,16 +64,17 @@ def test_the_drag_has_the_principal_directions_of_the_stiffness(verified):
     K[:4] = np.eye(2), 30 * np.eye(2), np.diag([20.0, 0.0]), np.zeros((2, 2))
     f = ContactFormula([0.0, -0.7, -1.9], 1.1)
     terms = Alternating()
-    terms.foretold, terms.slope, terms.rate, terms.ratio = f.foretold, -f.slope, f.rate, f.ratio
-    terms.lag = f.ratio * f.lag
-    given = wp.array(np.stack([K[:, 0, 0], K[:, 0, 1], K[:, 1, 1]], axis=-1), dtype=wp.vec3d, device="cpu")
-    found = wp.zeros(len(K), dtype=wp.vec4d, device="cpu")
-    wp.launch(evaluate, dim=len(K), inputs=[given, 2.0, terms, found], device="cpu")
+    terms.foretold, terms.slope, terms.rate = Lanes(f.foretold), Lanes(-f.slope), Lanes(f.rate)
+    terms.ratio, terms.lag = Lanes(f.ratio), Lanes(f.ratio * f.lag)
+    given = tiled(np.stack([K[:, 0, 0], K[:, 0, 1], K[:, 1, 1]], axis=-1), Vector, "cpu")
+    drag, shares = tiled(np.zeros((len(K), 3)), Vector, "cpu"), tiled(np.zeros(len(K)), Lanes, "cpu")
+    wp.launch(evaluate, dim=len(given), inputs=[given, Lanes(2.0), terms, drag, shares], device="cpu")
+    found = np.column_stack([Tiled(drag, len(K)).numpy(), Tiled(shares, len(K)).numpy()])
     share = f.share(2 * np.linalg.eigvalsh(K)[:, -1], 2.0)
     D = f.drag_of_matrix(K, 2.0, share)
     assert (share < 1).any() and (share == 1).any() and (D == 0).all(axis=(1, 2)).any()
     verified(
-        "independent", "drag of contact: components and θ", measured=found.numpy(),
+        "independent", "drag of contact: components and θ", measured=found,
         expected=np.stack([D[:, 0, 0], D[:, 0, 1], D[:, 1, 1], share], axis=-1), within=1e-12,
         reference="NumPy, by eigenvectors",
     )  # fmt: skip

@@ -28,6 +28,8 @@ from warp_rods.kernels.surface import geometry as surface
 from warp_rods.membranes.surfaces import SURFACES
 
 ARCHITECTURE = 80
+CPU_ONLY = {"warp_rods.kernels.contact.pair_lanes"}
+"""Written for vector instructions of CPUs; on a GPU ``steric.py`` does the same."""
 
 
 @wp.func
@@ -63,7 +65,7 @@ def written_modules() -> list[ModuleType]:
     """Modules of the package that define kernels."""
     names = [found.name for found in pkgutil.walk_packages(warp_rods.kernels.__path__, "warp_rods.kernels.")]
     modules = [importlib.import_module(name) for name in names]
-    return [module for module in modules if kernel_keys(module)]
+    return [module for module in modules if kernel_keys(module) and module.__name__ not in CPU_ONLY]
 
 
 def compiled_keys(module: wp.Module | ModuleType, folder) -> set[str]:

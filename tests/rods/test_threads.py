@@ -6,6 +6,7 @@ from examples.steric import STERIC, Held, all_forces, random_walks
 from reference.steric import Rods
 
 from warp_rods.contact.neighbours import Neighbours
+from warp_rods.kernels.lanes import WIDTH
 from warp_rods.rods import slices
 from warp_rods.rods.free.rods import FreeRods
 
@@ -46,7 +47,9 @@ def test_steric_sums_in_several_threads_give_the_bits_of_one(monkeypatch):
     np.testing.assert_array_equal(*forces)
 
 
-@pytest.mark.parametrize(("count", "size", "expected"), [(1, 33, 1), (1000, 33, 3), (10_000, 33, 8), (3, 100_000, 3)])
+@pytest.mark.parametrize(
+    ("count", "size", "expected"), [(1, 33, 1), (1000, 33, 3), (10_000, 33, 8), (3 * WIDTH, 100_000, 3)]
+)
 def test_each_slice_has_enough_nodes_for_a_thread(count, size, expected, monkeypatch):
     monkeypatch.setattr(slices, "cores", lambda: 8)
     parts = slices.thread_slices(count, size, "cpu")

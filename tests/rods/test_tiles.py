@@ -20,7 +20,18 @@ def test_values_of_rods_are_read_as_they_were_set(count, dtype):
     values = np.random.default_rng(count).normal(size=field.shape)
     assert values.shape == ((count, 5) if dtype is Lanes else (count, 5, 2))
     field.assign(values)
-    np.testing.assert_array_equal(field.numpy(), values)
+    before = field.numpy()
+    np.testing.assert_array_equal(before, values)
+    field.assign(2.0 * values)
+    np.testing.assert_array_equal(before, values)  # a copy, not a view
+
+
+@pytest.mark.parametrize("count", [1, WIDTH, WIDTH + 1])
+def test_numbers_of_rods_are_copied(count):
+    field = Tiled(tiled(np.ones(count)), count)
+    before = field.numpy()
+    field.assign(np.full(count, 2.0))
+    np.testing.assert_array_equal(before, 1.0)
 
 
 def test_lanes_beyond_the_last_rod_repeat_it():

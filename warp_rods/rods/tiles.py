@@ -40,7 +40,7 @@ class Tiled:
     def numpy(self) -> np.ndarray:
         """A copy on the host."""
         values = np.moveaxis(self.array.numpy(), -1, 1)
-        return np.ascontiguousarray(values.reshape(-1, *values.shape[2:])[: self.rods])
+        return values.reshape(-1, *values.shape[2:])[: self.rods].copy()  # on the CPU they are a view of the array
 
     def assign(self, values: np.ndarray) -> None:
         """Set all rods."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,8 @@ from warp_rods.progress import with_progress
 
 _SAMPLED_FRAMES = 100
 """Largest number of frames from which a range of values is estimated."""
+_READ_AT_ONCE = 16e6
+"""Bytes."""
 
 
 def draw_rods(
@@ -38,9 +40,9 @@ def draw_rods(
     curves.SetWidthsInterpolation(UsdGeom.Tokens.constant)
     colour = curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
     boxes, points = [], np.zeros((rods, nodes, 3), np.float32)
-    for frame in with_progress(range(data.sizes["frame"]), f"USD: {name}"):
-        now = data.isel(frame=frame)
-        position, density = displayed(now.position.values), now.energy_density.values
+    steps = with_progress(range(data.sizes["frame"]), f"USD: {name}")
+    for frame, (place, density) in zip(steps, frames_of(data, "position", "energy_density"), strict=True):
+        position = displayed(place)
         valid = np.isfinite(position).all(axis=(1, 2), keepdims=True)
         points = np.where(valid, position, points).astype(np.float32)  # a failed rod stays at its last position
         boxes.append(set_points(curves, frame, points.reshape(-1, 3), radius))
@@ -77,6 +79,15 @@ def bind(prim: Any, material: Any) -> None:
     from pxr import UsdShade
 
     UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
+
+
+def frames_of(data: xr.Dataset, *names: str) -> Iterator[tuple[np.ndarray, ...]]:
+    """These variables at each frame. Many frames are read at once: a read of Zarr costs milliseconds."""
+    each = sum(data[name].nbytes for name in names) / data.sizes["frame"]
+    block = max(1, int(_READ_AT_ONCE / each))
+    for start in range(0, data.sizes["frame"], block):
+        part = data[list(names)].isel(frame=slice(start, start + block))
+        yield from zip(*(part[name].values for name in names), strict=True)
 
 
 def sampled(values: xr.DataArray) -> xr.DataArray:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warp_rods.draw.usd.curves import linear_curves, sampled, set_points
+from warp_rods.draw.usd.curves import frames_of, linear_curves, sampled, set_points
 from warp_rods.progress import with_progress
 
 _SPACING = 8  # approximate number of nodes between arrows; an arrow at every node would double the size of the file
@@ -71,10 +71,9 @@ def _draw_load(
     arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", length / typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
     base, load = np.zeros((2, rods, len(nodes), 3))
-    for frame in with_progress(range(data.sizes["frame"]), f"USD: {variable} of {name}"):
-        now = data.isel(frame=frame)
-        values = now[variable].values
-        position, force = now.position.values[:, nodes], values if at_ends else values[:, nodes]
+    steps = with_progress(range(data.sizes["frame"]), f"USD: {variable} of {name}")
+    for frame, (place, values) in zip(steps, frames_of(data, "position", variable), strict=True):
+        position, force = place[:, nodes], values if at_ends else values[:, nodes]
         valid = np.isfinite(position + force).all(axis=(1, 2), keepdims=True)
         base, load = np.where(valid, position, base), np.where(valid, force, load)  # failed rods as drawn
         points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (length / typical)

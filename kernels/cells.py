@@ -47,7 +47,7 @@ def coefficients_of(square: Lanes):
     found = series(square)
     if any_of(less(Lanes(SERIES_BELOW), square)):
         for lane in range(rods_in(0, WIDTH)):
-            if square[lane] >= SERIES_BELOW:
+            if square[lane] > SERIES_BELOW:
                 a, b, c = coefficients(wp.vec3d(wp.sqrt(square[lane]), real(0.0), real(0.0)))
                 found[0, lane] = a
                 found[1, lane] = b

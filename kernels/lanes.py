@@ -5,8 +5,9 @@ Arrays of fields are [tile, node], and a loop over nodes reads like that of a si
 where fields are combined: they extend Warp's operators to these types. A rod's bits depend on its own values only.
 
 Nothing in a loop over nodes may branch on values of a field, which differ from rod to rod: take ``where``. What is
-done once for a rod and step loops over the lanes of a tile: rod ``tile * WIDTH + lane`` is lane ``lane``. In the last
-tile the lanes beyond the last rod repeat it, and are never stored to arrays [rod].
+done once for a rod and step loops over the lanes of a tile: rod ``tile * WIDTH + lane`` is lane ``lane``. Lanes
+beyond the last rod may hold anything, NaN included: no result depends on them, and they are never stored in arrays
+[rod].
 """
 
 import ctypes
@@ -29,7 +30,7 @@ def has_cuda_driver() -> bool:
 
 
 WIDTH = 1 if has_cuda_driver() else 8
-"""Rods in a tile: a thread of a GPU takes one, vector instructions of CPUs take up to 8. Either width works on both."""
+"""Rods in a tile: a thread of a GPU takes one, vector instructions of CPUs take up to 8. A width of 1 works on both."""
 
 Lanes = wp.types.vector(length=WIDTH, dtype=real)
 """A number for each rod."""
@@ -43,7 +44,7 @@ Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
 """A 3 × 3 matrix for each rod, row by row."""
 Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
 """A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
-FIELDS = (Lanes, Pair, Vector, Block, Matrix)
+FIELDS = (Lanes, Pair, Vector, Block, Matrix, Symmetric)
 """The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)

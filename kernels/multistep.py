@@ -13,7 +13,7 @@ from typing import Any
 
 import warp as wp
 
-from warp_rods.kernels.lanes import WIDTH, add, mul  # noqa: F401 (operators)
+from warp_rods.kernels.lanes import WIDTH, Lanes, add, mul, rods_in  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Integers1D, Scalars1D, Scalars2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -138,6 +138,16 @@ def push_time(pace: Pace, rod: int, t: real, error: real):
     pace.levels[rod] = wp.min(pace.levels[rod] + 1, LEVELS)
     pace.taken[rod] = pace.taken[rod] + 1
     pace.waited[rod] = pace.waited[rod] + 1
+
+
+@wp.func
+def lengths_of(tile: int, pace: Pace, end: Scalars1D) -> Lanes:
+    """Δt of the steps of a tile to the times ``end``."""
+    dt = Lanes(real(1.0))
+    for lane in range(rods_in(tile, end.shape[0])):
+        rod = tile * WIDTH + lane
+        dt[lane] = end[rod] - pace.at[rod, 0]
+    return dt
 
 
 @wp.func

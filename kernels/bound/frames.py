@@ -77,11 +77,6 @@ LARGEST_DISTANCE = wp.constant(real(0.01))
 
 
 @wp.func
-def first_column(R: wp.mat33d) -> wp.vec3d:
-    return wp.vec3d(R[0, 0], R[1, 0], R[2, 0])
-
-
-@wp.func
 def number_in(field: Lanes1D, rod: int) -> real:
     """The value of one rod."""
     return field[rod // WIDTH][rod % WIDTH]

@@ -39,6 +39,7 @@ from warp_rods.kernels.multistep import (
     Weights,
     choose_next,
     is_shortest,
+    lengths_of,
     local_error_scale,
     push_time,
     reject,
@@ -232,15 +233,6 @@ def judge(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Systems,
         plan.status[rod] = status_of(largest[lane], total[lane], h[lane], length, dt, u, omega, int(plan.unfit[rod]))
 
 
-@wp.func
-def step_lengths(pace: Pace, plan: Plan, tile: int) -> Lanes:
-    """Δt of the steps."""
-    dt = Lanes(real(1.0))
-    for lane in range(rods_in(tile, plan.end.shape[0])):
-        dt[lane] = plan.end[tile * WIDTH + lane] - pace.at[tile * WIDTH + lane, 0]
-    return dt
-
-
 @wp.kernel
 def try_step(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Systems):
     """From the extrapolated state to the result of the step, its status and its error; ``dim = tiles``."""
@@ -253,7 +245,7 @@ def try_step(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Syste
     find_tracked_rates(f, past, plan, systems, tile)
     errors = Lanes(real(-1.0))
     if f.in_contact == 1:
-        dt = step_lengths(pace, plan, tile)
+        dt = lengths_of(tile, pace, plan.end)
         errors = contact_error(f, past, systems, tile, dt)
         find_contact_velocity(f, past, plan, systems, tile, dt)
     judge(f, past, pace, plan, systems, tile)

@@ -22,7 +22,7 @@ from warp_rods.kernels.free.state import Balance, Contact, Midpoint, Past, Shape
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
-from warp_rods.kernels.multistep import Pace, formula_of, push_time, times_of
+from warp_rods.kernels.multistep import Pace, formula_of, lengths_of, push_time, times_of
 from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
@@ -78,7 +78,7 @@ def try_step(
     if rods.forced == 1:
         count_frame_errors(tile, pace, midpoint, trial)
     if contact.present == 1:
-        dt = lengths_of(tile, pace, trial)
+        dt = lengths_of(tile, pace, trial.end)
         count_errors(tile, contact_errors(tile, rods, contact, balance, dt), trial)
         step_velocity(tile, contact, balance, formulas.rate, dt)
     forget_frozen(tile, rods, trial)
@@ -100,16 +100,6 @@ def count_errors(tile: int, errors: Lanes, trial: Trial):
     for lane in range(rods_in(tile, trial.end.shape[0])):
         rod = tile * WIDTH + lane
         trial.error[rod] = wp.max(trial.error[rod], errors[lane])
-
-
-@wp.func
-def lengths_of(tile: int, pace: Pace, trial: Trial):
-    """Δt of the steps."""
-    dt = Lanes(real(1.0))
-    for lane in range(rods_in(tile, trial.end.shape[0])):
-        rod = tile * WIDTH + lane
-        dt[lane] = trial.end[rod] - pace.at[rod, 0]
-    return dt
 
 
 @wp.func

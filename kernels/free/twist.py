@@ -37,7 +37,7 @@ def step_twist(tile: int, rods: Swimmers, star: Shape, slope: Shape, a: Lanes, b
         source = real(0.5) * (balance.twist_source[tile, node - 1] + balance.twist_source[tile, node])
         rhs = (roll_rate_next - roll_rate) / rods.spacing + source - slope.twist[tile, node]
         balance.rhs[tile, node] = rhs
-        most = larger(most, magnitude(rhs))
+        most += magnitude(rhs)  # NaN counts
         roll_rate = roll_rate_next
     if not any_of(most):
         return

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from examples.contact_steps import take_one
 
 from warp_rods.kernels.lanes import WIDTH, Lanes, Pair
 from warp_rods.rods.free.rods import FreeRods
@@ -74,4 +75,23 @@ def test_a_rod_has_the_same_bits_alone_and_in_any_company():
     for rod in (0, 3, 4, 10):
         alone = run([rod])
         for name in ("strain", "position", "tension", "orientation"):
+            np.testing.assert_array_equal(getattr(alone, name)[0], getattr(together, name)[rod])
+
+
+def test_company_changes_no_bits_in_contact():
+    """Undivided steps under a stiffness that differs from rod to rod, one of which has none, and one that fails."""
+    K = np.einsum("r,ij->rij", np.arange(11.0), np.diag([30.0, 10.0, 5.0]) + 2.0)[:, None] * np.ones((1, 33, 1, 1))
+
+    def run(chosen: list[int]) -> FreeRods:
+        found = rods(chosen)
+        for _ in range(8):
+            take_one(found, 1e-6, stiffness=lambda _places: K[chosen])
+        return found
+
+    together, turned = run(list(range(11))), run(list(range(10, -1, -1)))
+    for name in ("strain", "position", "tension"):
+        np.testing.assert_array_equal(getattr(turned, name)[::-1], getattr(together, name))
+    for rod in (0, 3, 4, 10):
+        alone = run([rod])
+        for name in ("strain", "position", "tension"):
             np.testing.assert_array_equal(getattr(alone, name)[0], getattr(together, name)[rod])

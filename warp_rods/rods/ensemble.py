@@ -328,7 +328,7 @@ class Ensemble(Readings):
     def contact_stiffness_array(self) -> wp.array:
         """Σ_j w_j |∂f/∂r| per length of each node against its own motion, in space, on the device [rod, node] (3, 3).
 
-        Contact writes to it; allocated by the first call. Steps treat it as drag, 2 K (u − u*)/a (docs/model.md §6.4).
+        Contact writes to it; allocated by the first call. Steps treat it as the drag D (u − v**) of docs/model.md §6.4.
         """
 
     @property

@@ -9,6 +9,7 @@ from examples.free import in_space, planar, slope
 from reference import free as twin
 from reference.free_motion import Moving
 
+from warp_rods.errors import SceneError
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
 
@@ -275,3 +276,17 @@ def test_readings_are_those_of_the_drag_of_the_rod(device):
     other.contact_stiffness_array.assign(np.tile(1e4 * np.eye(3), (1, 33, 1, 1)))
     for name in ("power", "dissipation", "tension"):
         np.testing.assert_array_equal(getattr(other, name), getattr(plain, name), err_msg=name)
+
+
+def test_a_state_without_a_part_of_contact_has_none_of_it():
+    """Such states were written by versions that kept less; arrays of other shapes are refused."""
+    rods = FreeRods(2, 17, bend=1e-2, twist=1e-3)
+    state = {**rods.state(), "contact_velocity": np.ones((2, 17, 3))}
+    other = FreeRods(2, 17, bend=1e-2, twist=1e-3)
+    other.restore(state)
+    np.testing.assert_array_equal(other.state()["contact_lag"], 0.0)
+    np.testing.assert_array_equal(other.state()["contact_velocity"], 1.0)
+    untouched = FreeRods(2, 17, bend=1e-2, twist=1e-3)
+    with pytest.raises(SceneError, match=r"state\['contact_velocity'\]: has shape \(2, 3, 3\)"):
+        untouched.restore({**state, "contact_velocity": np.ones((2, 3, 3))})
+    assert "contact_lag" not in untouched.state()

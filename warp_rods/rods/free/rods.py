@@ -324,10 +324,15 @@ class FreeRods(FreeReadings, Ensemble):
         return arrays
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The arrays of a state, which may be one without contact."""
-        if self._arrays.contact.present and isinstance(state, Mapping):
-            state = {**{name: np.zeros((self.count, self.nodes, 3)) for name in CONTACT_STATE}, **state}
-        return super().check_state(state)
+        """The arrays of a state, which may be one without contact; what it lacks of contact is zero."""
+        if not isinstance(state, Mapping) or not (self._arrays.contact.present or CONTACT_STATE.keys() & state.keys()):
+            return super().check_state(state)
+        none = np.zeros((self.count, self.nodes, 3))
+        given = super().check_state({**dict.fromkeys(CONTACT_STATE, none), **state})
+        for name in CONTACT_STATE:
+            if (shape := given[name].shape) != none.shape:
+                raise SceneError(f"state[{name!r}]: has shape {shape}; must be numbers of shape {none.shape}")
+        return given
 
     def allocate_for(self, state: Mapping[str, np.ndarray]) -> None:
         """Allocate the external force and contact if the state has them."""

@@ -6,7 +6,8 @@ Row ``i`` of rod ``b`` reads, with every coefficient at ``[b, i]``::
 
 A tridiagonal system has no ``lower2`` and ``upper2``. Coefficients that would multiply an ``x`` beyond the ends of the
 rod are not read. Right-hand sides and solutions are scalars or pairs (``wp.vec2d``), so that one real matrix serves
-both bending components of a rod in space.
+both bending components of a rod in space. The same functions solve the systems of a tile of rods side by side, with
+coefficients ``Lanes`` and right-hand sides ``Lanes`` or ``Pair`` at ``[tile, i]`` (``lanes.py``).
 
 Without pivoting the solution is as accurate as LAPACK's where the matrix is diagonally dominant or symmetric positive
 definite, or becomes so when its rows are scaled; ``1 + Δt ∂⁴`` and ``1 − Δt ∂²`` are. For other matrices round-off

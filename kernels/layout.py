@@ -1,9 +1,9 @@
 """Types of the arrays in kernels, and the order of their elements in memory.
 
 One-dimensional arrays are indexed ``[rod]``, or ``[point]`` where all nodes of a scene form one list. Two-dimensional
-arrays are indexed ``[rod, node]``. On the CPU one thread handles a rod, so the nodes of a rod are adjacent in memory.
-On a GPU adjacent threads handle adjacent rods, so the rods are adjacent. Kernels do not depend on this order, because
-Warp arrays carry their strides.
+arrays are indexed ``[rod, node]``; those of fields, ``lanes.py``, ``[tile, node]``. On the CPU one thread handles a
+tile, so the nodes of a tile are adjacent in memory. On a GPU adjacent threads handle adjacent rods, so the rods are.
+Kernels do not depend on this order, because Warp arrays carry their strides.
 """
 
 from typing import Any

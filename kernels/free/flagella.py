@@ -2,8 +2,8 @@
 
 A law gives ``source`` and ``sink`` in ``τf ∂f/∂t = source − sink f + D f''``. The sink is implicit in time: write what
 opposes f there. To add a law, add a number, a function and a branch of ``reaction`` here, and a row with its parameters
-to the table in ``warp_rods/scene/flagella.py``. Fields are those of a tile of
-rods (``kernels/lanes.py``): take ``where`` for ``if``; ``parameters[0]`` is the first parameter.
+to the table in ``warp_rods/scene/flagella.py``. Fields are those of a tile of rods (``kernels/lanes.py``): take
+``where`` for ``if``; ``parameters[0]`` is the first parameter.
 """
 
 import warp as wp

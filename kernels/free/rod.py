@@ -1,9 +1,9 @@
 """The active Kirchhoff rod in its twist-free (Bishop) frame: velocities and rates of a shape (docs/model.md §2.3).
 
-Bending ``k = Ω[1] + i Ω[2]`` is stored as a pair; ``times_i`` multiplies it by i. Fields are those of
-a tile of rods (``lanes.py``). The grid is staggered: ``k, τ, f, λ,
-u⊥`` live at nodes; ``Λ⊥, u0, ω⊥, ω0`` live at half nodes and are stored at the node before. Beyond the free ends ``Λ⊥``
-is odd, and ``u0`` and ``f`` are even, so that the energy law dE/dt = power − dissipation holds to round-off.
+Bending ``k = Ω[1] + i Ω[2]`` is stored as a pair; ``times_i`` multiplies it by i. Fields are those of a tile of rods
+(``lanes.py``). The grid is staggered: ``k, τ, f, λ, u⊥`` live at nodes; ``Λ⊥, u0, ω⊥, ω0`` live at half nodes and are
+stored at the node before. Beyond the free ends ``Λ⊥`` is odd, and ``u0`` and ``f`` are even, so that the energy law
+dE/dt = power − dissipation holds to round-off.
 
 Functions of one tile loop over its nodes and store their results in ``Balance``. On the CPU its arrays hold a single
 row that all tiles share, so one thread must complete the whole step of a tile.

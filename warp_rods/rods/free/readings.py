@@ -21,7 +21,6 @@ class FreeReadings(Readings):
 
     _arrays: Arrays
     _launches: FreeLaunches
-    count: int
 
     def _apply_external(self) -> None:
         """Evaluate the external force at the present time."""
@@ -88,7 +87,7 @@ class FreeReadings(Readings):
 
     def _on_host(self, array: wp.array) -> np.ndarray:
         """A copy [rod, …] of an array [rod, …] or [tile, …]."""
-        return Tiled(array, self.count).numpy() if is_tiled(array) else to_host(array)
+        return Tiled(array, self._arrays.failed_at.shape[0]).numpy() if is_tiled(array) else to_host(array)
 
     def _complex(self, pairs: wp.array) -> np.ndarray:
         values = self._on_host(pairs)

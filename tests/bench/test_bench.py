@@ -6,6 +6,7 @@ import sys
 from importlib.util import find_spec
 
 import pytest
+import warp as wp
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -23,6 +24,8 @@ LONG = {"scenes", "scaling", "steps", "filament"}
 
 @pytest.mark.parametrize("name", [n if n not in LONG else pytest.param(n, marks=pytest.mark.long) for n in BENCHMARKS])
 def test_a_benchmark_finds_numbers(name):
+    if name == "gpu" and not wp.is_cuda_available():
+        pytest.skip("no CUDA device")
     section = BENCHMARKS[name].make()(Settings(quick=True))
     assert section.tables
     for table in section.tables:
@@ -30,6 +33,12 @@ def test_a_benchmark_finds_numbers(name):
         assert sum(isinstance(cell, float) for row in table.rows for cell in row) >= 2, table
     if find_spec("numba") is None and name in ("kernels", "swimmer", "filament"):
         assert any(optional.INSTALL in note for note in section.notes)
+
+
+@pytest.mark.skipif(wp.is_cuda_available(), reason="there is a CUDA device")
+def test_without_a_gpu_its_benchmark_says_so():
+    section = BENCHMARKS["gpu"].make()(Settings(quick=True))
+    assert not section.tables and section.notes == ("No CUDA device here: not run.",)
 
 
 def test_a_peer_that_is_missing_is_left_out_with_the_line_that_installs_it(monkeypatch):

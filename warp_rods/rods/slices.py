@@ -17,12 +17,12 @@ NODES_AT_OWN_PACE = 500
 """The same where rods take steps of their own: threads start once for many steps, and never wait for each other."""
 
 
-def thread_slices(count: int, nodes: int, device: Any, enough: int = NODES_PER_THREAD) -> list[slice]:
-    """Slices of ``count`` rods of ``nodes`` nodes, one for each thread with ``enough`` nodes; a single one on CUDA.
+def thread_slices(count: int, nodes: int, device: Any, own_pace: bool = False) -> list[slice]:
+    """Slices of ``count`` rods of ``nodes`` nodes, one for each thread that has enough to do; a single one on CUDA.
 
-    They begin where a tile begins.
+    They begin where a tile begins. own_pace: rods take steps of their own.
     """
-    tiles = tiles_of(count)
+    tiles, enough = tiles_of(count), min(NODES_AT_OWN_PACE if own_pace else NODES_PER_THREAD, NODES_PER_THREAD)
     threads = 1 if wp.get_device(device).is_cuda else min(cores(), count * nodes // enough, tiles)
     edges = [min(tiles * i // max(threads, 1) * WIDTH, count) for i in range(max(threads, 1) + 1)]
     return [slice(a, b) for a, b in itertools.pairwise(edges)]

@@ -15,7 +15,7 @@ from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.arrays import Arrays, allocate_contact, slice_arrays
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
-from warp_rods.rods.slices import NODES_AT_OWN_PACE, NODES_PER_THREAD, thread_slices
+from warp_rods.rods.slices import thread_slices
 
 
 class BoundLaunches:
@@ -42,7 +42,7 @@ class BoundLaunches:
         )
         self._try = RecordedInThreads([partial(self._launch_try, a) for a in parts], self.device)
         self._accept = RecordedInThreads([partial(self._launch_accept, a, 0) for a in parts], self.device)
-        alone = self._slices(NODES_AT_OWN_PACE)
+        alone = self._slices(own_pace=True)
         self._behind = [per_rod(1, wp.int32, self.device) for _ in alone]
         own = [partial(self._launch_own_step, *pair) for pair in zip(alone, self._behind, strict=True)]
         self._own_step = RecordedInThreads(own, self.device)
@@ -52,9 +52,9 @@ class BoundLaunches:
         self._show = Recorded(self._launch_show, self.device)
         self.find_output = Recorded(self._launch_output, self.device)
 
-    def _slices(self, enough: int = NODES_PER_THREAD) -> list[Arrays]:
-        """The arrays in slices of rods, one for each thread that has ``enough`` nodes."""
-        parts = thread_slices(self.rods, self.nodes, self.device, enough)
+    def _slices(self, own_pace: bool = False) -> list[Arrays]:
+        """The arrays in slices of rods, one for each thread."""
+        parts = thread_slices(self.rods, self.nodes, self.device, own_pace)
         return [slice_arrays(self.arrays, rods) for rods in parts] if len(parts) > 1 else [self.arrays]
 
     @property

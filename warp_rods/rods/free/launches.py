@@ -14,7 +14,7 @@ from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, slice_arrays
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
-from warp_rods.rods.slices import NODES_AT_OWN_PACE, NODES_PER_THREAD, thread_slices
+from warp_rods.rods.slices import thread_slices
 
 
 class FreeLaunches:
@@ -54,16 +54,16 @@ class FreeLaunches:
         self.predict = in_threads(self._launch_predict)
         self.try_step = in_threads(self._launch_try)
         self._accept = in_threads(self._launch_accept)
-        self._advance_past = in_threads(self._launch_advance_past, self._slices(NODES_AT_OWN_PACE))
+        self._advance_past = in_threads(self._launch_advance_past, self._slices(own_pace=True))
         self.reject = Recorded(self._launch_reject, self.device)
         self.find_frames = Recorded(partial(self._launch_frames, self.arrays), self.device)
         self.find_force = Recorded(partial(self._launch_present_force, self.arrays), self.device)
         self.find_output = Recorded(self._launch_output, self.device)
         self.find_material_frame = Recorded(self._launch_material_frame, self.device)
 
-    def _slices(self, enough: int = NODES_PER_THREAD) -> list[Arrays]:
-        """The arrays in slices of rods, one for each thread that has ``enough`` nodes."""
-        parts = thread_slices(self.rods, self.nodes, self.device, enough)
+    def _slices(self, own_pace: bool = False) -> list[Arrays]:
+        """The arrays in slices of rods, one for each thread."""
+        parts = thread_slices(self.rods, self.nodes, self.device, own_pace)
         return [slice_arrays(self.arrays, rods) for rods in parts] if len(parts) > 1 else [self.arrays]
 
     @property

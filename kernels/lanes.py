@@ -290,6 +290,27 @@ def times(a: Pair, b: Pair) -> Pair:
     """ab of complex numbers."""
 
 
+@wp.func
+def times(a: Block, b: Block) -> Block:
+    return a * b
+
+
+@wp.func
+def times(a: Block, b: Pair) -> Pair:
+    return a * b
+
+
+@wp.func
+def none_like(a: Pair) -> Pair:
+    """Zeros of the type of a."""
+    return Pair()
+
+
+@wp.func
+def none_like(a: Block) -> Block:
+    return Block()
+
+
 @wp.func_native(rows("Pair", "z", "auto s = 1.0 / (Z[0] * Z[0] + Z[1] * Z[1]); R[0] = s * Z[0]; R[1] = -s * Z[1];"))
 def inverse(z: Pair) -> Pair:
     """1/z of complex numbers."""

@@ -8,10 +8,11 @@ components where the rod is twisted, as a complex number does, or contact adds a
 it is the same for both.
 """
 
+from typing import Any
+
 import warp as wp
 
 from warp_rods.kernels.block_banded import solve_block_pentadiagonal_rod
-from warp_rods.kernels.complex_banded import solve_complex_pentadiagonal_rod
 from warp_rods.kernels.free.rod import bending_rate, set_zero_end_rows, solve_in_place
 from warp_rods.kernels.free.state import Balance, Shape, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
@@ -26,6 +27,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     larger,
     magnitude,
     mul,
+    none_like,
     pair,
     sub,
     where,
@@ -127,7 +129,16 @@ def set_complex_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: 
     c = real(-0.5) * per_length * rods.twist_stiffness[tile] * mobility
     half = real(0.5) * per_length
     two, three, four, six = real(2.0), real(3.0), real(4.0), real(6.0)
-    set_complex_end_rows(tile, last, balance)
+    set_identity_rows(
+        tile,
+        last,
+        pair(Lanes(real(1.0)), Lanes()),
+        balance.complex_lower2,
+        balance.complex_lower,
+        balance.complex_diagonal,
+        balance.complex_upper,
+        balance.complex_upper2,
+    )
     tau = c * half_twist(tile, -1, last, star)
     tau_after = c * half_twist(tile, 0, last, star)
     tau_after2 = c * half_twist(tile, 1, last, star)
@@ -159,21 +170,9 @@ def set_complex_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: 
 
 
 @wp.func
-def set_complex_end_rows(tile: int, last: int, balance: Balance):
-    """Rows of both ends, where z is zero."""
-    for end in range(2):
-        node = end * last
-        balance.complex_lower2[tile, node] = Pair()
-        balance.complex_lower[tile, node] = Pair()
-        balance.complex_diagonal[tile, node] = pair(Lanes(real(1.0)), Lanes())
-        balance.complex_upper[tile, node] = Pair()
-        balance.complex_upper2[tile, node] = Pair()
-
-
-@wp.func
 def solve_complex_bending(tile: int, balance: Balance):
     """δk of rods in space that feel no contact, stored in place of the right-hand side."""
-    solve_complex_pentadiagonal_rod(
+    solve_block_pentadiagonal_rod(
         tile,
         balance.complex_lower2,
         balance.complex_lower,
@@ -220,7 +219,16 @@ def set_block_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
     c = real(-0.5) * rods.twist_stiffness[tile] * square * per_length
     half = real(0.5) * per_length
     two = real(2.0)
-    set_identity_rows(tile, last, balance)
+    set_identity_rows(
+        tile,
+        last,
+        identity(Lanes(real(1.0))),
+        balance.block_lower2,
+        balance.block_lower,
+        balance.block_diagonal,
+        balance.block_upper,
+        balance.block_upper2,
+    )
     m = balance.transverse_mobility[tile, 0]
     m_after = balance.transverse_mobility[tile, 1]
     tau = c * half_twist(tile, -1, last, star)
@@ -261,15 +269,15 @@ def set_block_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
 
 
 @wp.func
-def set_identity_rows(tile: int, last: int, balance: Balance):
-    """Rows of both ends, where z is zero."""
+def set_identity_rows(tile: int, last: int, one: Any, lower2: Any, lower: Any, diagonal: Any, upper: Any, upper2: Any):
+    """Rows of both ends, where z is zero: ``one``, of complex numbers or blocks, on the diagonal."""
     for end in range(2):
         node = end * last
-        balance.block_lower2[tile, node] = Block()
-        balance.block_lower[tile, node] = Block()
-        balance.block_diagonal[tile, node] = identity(Lanes(real(1.0)))
-        balance.block_upper[tile, node] = Block()
-        balance.block_upper2[tile, node] = Block()
+        lower2[tile, node] = none_like(one)
+        lower[tile, node] = none_like(one)
+        diagonal[tile, node] = one
+        upper[tile, node] = none_like(one)
+        upper2[tile, node] = none_like(one)
 
 
 @wp.func

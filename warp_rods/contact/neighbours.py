@@ -121,7 +121,9 @@ class Neighbours:
     def _record(self) -> None:
         self._collect = Recorded(self._launch_collect, self._device)
         self._keep = Recorded(self._launch_keep, self._device)
-        shared: tuple[int, int] = (self.count, 1) if self._device.is_cuda else (len(self._blocks[0]), neighbour_list.BLOCK)
+        shared: tuple[int, int] = (
+            (self.count, 1) if self._device.is_cuda else (len(self._blocks[0]), neighbour_list.BLOCK)
+        )
         slices = thread_slices(*shared, self._device)
         self._sum_pairs = RecordedInThreads([partial(self._launch_sum_pairs, s) for s in slices], self._device)
         self._distribute = Recorded(self._launch_distribute, self._device)

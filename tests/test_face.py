@@ -74,7 +74,7 @@ def test_repr_of_objects():
     assert repr(simulation) == "<Simulation of cells (3 rods) on cpu: t = 0 of 1>"
 
 
-ROOMS = ["analysis", "contact", "draw", "membranes", "reproductions", "rods", "scene", "simulation", "theory"]
+ROOMS = ["analysis", "contact", "draw", "frames", "membranes", "reproductions", "rods", "scene", "simulation", "theory"]
 MODULES = ["", *ROOMS, "arguments", "device", "errors", "formula", "progress", "values", "workflow", "cli"]
 
 

@@ -1,6 +1,6 @@
 # Every public name, once: what `wr.NAME` is. The package reads this file and imports a name when it is first used.
 
-from . import errors
+from . import errors, frames
 from .analysis import diagnostics, kymograph, sensing
 from .analysis.registry import measure, measures
 from .draw import plots, swarm
@@ -48,6 +48,7 @@ __all__ = [
     "errors",
     "every",
     "export_usd",
+    "frames",
     "kymograph",
     "measure",
     "measures",

@@ -6,7 +6,7 @@ import xarray as xr
 from test_diagnostics import integrate
 
 from warp_rods.analysis.crossings import crossings
-from warp_rods.analysis.writhe import writhe
+from warp_rods.frames import writhe
 from warp_rods.rods.free.rods import FreeRods
 
 

@@ -11,7 +11,7 @@ from warp_rods.analysis.diagnostics import MEASURES, measure
 from warp_rods.analysis.motion import speed
 from warp_rods.analysis.motion_class import period, shape_class
 from warp_rods.analysis.shape import mode_coefficients
-from warp_rods.analysis.writhe import writhe
+from warp_rods.frames import writhe
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import initial_strain
 from warp_rods.rods.modes import beam_mode

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from examples.framed_curve import curve
 from reference import lie as reference
 from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
@@ -40,16 +41,6 @@ def frames_of(strain, spacing, start, R0, r0, device) -> tuple[np.ndarray, np.nd
         array.assign(values)
     wp.launch(lie.integrate_frames, rods, [strains, spacings, start, frames, places], device=device)
     return frames.numpy(), places.numpy()
-
-
-def curve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation ``R(x) = exp(e2 a) exp(e0 b) exp(e1 c)`` and its exact body rate; the rotations do not commute."""
-    a, b, c = np.sin(3 * x), 2 * x**2, np.cos(2 * x)
-    rates = np.stack([3 * np.cos(3 * x), 4 * x, -2 * np.sin(2 * x)], axis=-1)
-    R = Rotation.from_euler("ZXY", np.stack([a, b, c], axis=-1)).as_matrix()
-    last = Rotation.from_euler("Y", c[..., None]).as_matrix()
-    axes = np.stack([R[..., 2, :], last[..., 0, :], np.broadcast_to([0.0, 1.0, 0.0], R.shape[:-1])], axis=-2)
-    return R, np.einsum("...k,...ki->...i", rates, axes)
 
 
 def slope(sizes: list[int], errors: list[float]) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.analysis.described import FRAMES, described, lengths, positions, strains
-from warp_rods.analysis.writhe import writhe as writhe_of
+from warp_rods.frames import writhe as writhe_of
 from warp_rods.rods import modes
 from warp_rods.rods.free.shapes import from_midpoint
 

@@ -15,7 +15,7 @@ import xarray as xr
 from warp_rods.analysis.described import FRAMES, described, lengths, need
 from warp_rods.analysis.shape import bending
 from warp_rods.analysis.swarm.data import blocks, surviving
-from warp_rods.analysis.writhe import writhe
+from warp_rods.frames import writhe
 from warp_rods.rods import modes
 
 MODES = 6

@@ -3,7 +3,7 @@
 Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
 Your own loop     FreeRods, BoundRods, Flagella, surfaces, Surface, Status
 Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics
-Geometry          frames
+Geometry          frames, RigidBody
 Theory            steady, continuation, stability, buckling, modes, reproduce
 Errors            WarpRodsError, SceneError, RunFolderError, StorageError, RodFailure
 

@@ -10,6 +10,7 @@ from .errors import RodFailure, RunFolderError, SceneError, WarpRodsError
 from .membranes import surfaces
 from .membranes.surface import Surface
 from .reproductions import reproduce
+from .rigid_body import RigidBody
 from .rods import modes
 from .rods.bound.rods import BoundRods
 from .rods.ensemble import Ensemble
@@ -32,6 +33,7 @@ __all__ = [
     "Ensemble",
     "Flagella",
     "FreeRods",
+    "RigidBody",
     "RodFailure",
     "Run",
     "RunFolderError",

@@ -34,7 +34,7 @@ def moving(s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def gauge_potential(s: np.ndarray, t: np.ndarray, by_s: bool) -> np.ndarray:
     """S⁻¹ ∂S [time, node, 6] of these frames, by fourth-order differences in s or t."""
-    R, r = moving(s, t)
+    R, _ = moving(s, t)
     h = 1e-3
     shifted = [moving(s + k * h, t) if by_s else moving(s, t + k * h) for k in (-2, -1, 1, 2)]
     dR, dr = ((a[0] - 8 * a[1] + 8 * a[2] - a[3]) / (12 * h) for a in zip(*shifted, strict=True))

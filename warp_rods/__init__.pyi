@@ -17,6 +17,7 @@ from .rods.ensemble import Ensemble
 from .rods.free.flagella import Flagella
 from .rods.free.rods import FreeRods
 from .rods.status import Status
+from .scene.moment import moment_from_flagella
 from .scene.scene import Scene
 from .simulation.hooks import every
 from .simulation.loop import Simulation
@@ -55,6 +56,7 @@ __all__ = [
     "measure",
     "measures",
     "modes",
+    "moment_from_flagella",
     "open_run",
     "plot",
     "plots",

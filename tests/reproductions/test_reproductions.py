@@ -46,7 +46,15 @@ def critical_length(stiffness: float) -> float:
 SHOOTING, WAVING = "tests/reference/straight_rod.py", "tests/reference/waving.py"
 HOOP = exact.hoop_buckling_length(0.4, 1.2, (1.0, 1.0, 0.1), 1.0)
 RISE = "largest rise of a protein's energy between frames"
+FLAGELLA = "local drag on a helix, summed in tests/scene/test_moment.py; the dissertation says 1e-3 to 1e-2"
 KNOWN = [
+    Known(
+        "moment", "M, L = 10 µm, local drag", "exact", (2 * 2.0**2 + 1.5**2) / (4 * np.pi * 10), 1e-6, FLAGELLA,
+    ),
+    Known(
+        "moment", "M, L = 100 µm, printed formulas", "exact", 2.0 / (np.pi**2 * 100), 1e-7,
+        "P/π²L; the dissertation says 1e-3",
+    ),
     Known(
         "stiffness", "dimensionless β*", "independent", exact.CRITICAL_BEND_BEAM_MODE, 5e-7,
         f"{SHOOTING}; the dissertation prints .0101 (C.2)",

@@ -16,6 +16,7 @@ from warp_rods.reproductions import (
     critical,
     fredholm,
     linear,
+    moment,
     phase,
     rotational_drag,
     sensors,
@@ -62,6 +63,7 @@ REPRODUCTIONS: dict[str, Reproduction] = {
     "fig5.5": Reproduction("100 proteins that prefer negative curvature, with and without twist", sensors.negative, 9),
     "symmetry": Reproduction("conservation of the symmetry under rotation by π and of gauge (C.4)", symmetric.check),
     "tension": Reproduction("the series of the tension against the direct solution (C.1)", fredholm.check),
+    "moment": Reproduction("active moment of a cell from the shape of its flagella (§4.2)", moment.moments),
     "stiffness": Reproduction("critical bending stiffness of a real cell in SI units (C.2)", stiffness.real_cell),
 }
 """By name. Of several, those with the most ``minutes`` start first, which keeps all cores busy until the end."""

@@ -85,7 +85,7 @@ def recorded(
 def test_frames_of_a_bound_filament_do_not_depend_on_the_path(device, verified):
     """Of a moving filament on a torus: its strains and velocities carry the frame of one place at one time to another
     place later, by both paths."""
-    turns = [bound.compatible_turn("torus", rod) for rod in range(len(bound.LENGTH))]
+    turns = [lambda x, sigma=sigma: sigma + np.sin(np.pi * x) ** 2 * np.cos(2 * x) for sigma in bound.INTRINSIC[:, 2]]
     sizes, errors = [16, 32, 64], []
     for cells in sizes:
         along, in_time, (R, r) = recorded(turns, cells + 1, cells // 2, device)

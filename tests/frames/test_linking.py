@@ -8,7 +8,7 @@ from examples.free import slope
 import warp_rods as wr
 from warp_rods import frames
 
-KNOTS = {"unknot": (1, 2), "trefoil": (2, 3), "left trefoil": (2, -3), "(3, 4) knot": (3, 4)}
+KNOTS = {"unknot": (1, 2), "left trefoil": (2, 3), "right trefoil": (2, -3), "(3, 4) knot": (3, 4)}
 
 
 def circle(nodes: int, centre=(0.0, 0.0, 0.0), upright=False) -> np.ndarray:

@@ -143,7 +143,7 @@ class FreeLaunches:
 
     def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
         """Frames at all nodes from those of the middle."""
-        self._launch(output.lay_out, _tiles(a), shape, a.spacing, a.shown_midpoint, a.rotation, a.position)
+        self._launch(output.lay_out, _tiles(a), a.rods, shape, a.shown_midpoint, a.rotation, a.position)
 
     def _launch_output(self) -> None:
         a = self.arrays
@@ -152,7 +152,7 @@ class FreeLaunches:
         else:
             self._launch_present_force(a)
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.balance.load)
-        self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.balance, a.output)
+        self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.shown_midpoint.angle, a.balance, a.output)
 
     def _launch_material_frame(self) -> None:
         a = self.arrays

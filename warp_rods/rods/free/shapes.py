@@ -105,10 +105,14 @@ def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.ra
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:
     """Integral over s from the middle node of node values [rod, node], by the trapezoid rule; s from −1/2 to 1/2."""
-    nodes = density.shape[1]
-    cells = (density[:, 1:] + density[:, :-1]) / (2 * (nodes - 1))
+    return from_node(density, density.shape[1] // 2)
+
+
+def from_node(density: np.ndarray, node: int) -> np.ndarray:
+    """``from_midpoint`` from another node."""
+    cells = (density[:, 1:] + density[:, :-1]) / (2 * (density.shape[1] - 1))
     total = np.pad(np.cumsum(cells, axis=1), ((0, 0), (1, 0)))
-    return total - total[:, [nodes // 2]]
+    return total - total[:, [node]]
 
 
 def _strain(twist, first, second) -> np.ndarray:

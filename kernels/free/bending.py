@@ -227,23 +227,17 @@ def plain(x: Lanes, y: Lanes, like: Block):
 
 
 @wp.func
-def velocity_terms(tile: int, node: int, rods: Swimmers, star: Shape, balance: Balance, like: Any):
+def velocity_terms(tile: int, node: int, rods: Swimmers, q_before: Lanes, q_after: Lanes, balance: Balance, like: Any):
     """How z at the node before, at this one and at the next moves this one across: factors of −i u⊥.
 
-    u⊥ = i M ((b z)'' − i S' − λ z) with S = m0 z at half nodes. Beyond a free end S is minus its mirror image, whose z
-    is that of the first inner node, so that its factor is added to that of this node.
+    u⊥ = i M ((b z)'' − i S' − λ z) with S = m0 z at half nodes; q: m0/2Δs of the half nodes beside this node. Beyond a
+    free end S is minus its mirror image, whose z is that of the first inner node, so that its factor is added to that
+    of this node.
     """
-    last = star.twist.shape[1] - 1
-    per_length, half = real(1.0) / rods.spacing, real(0.5)
+    last = balance.tension.shape[1] - 1
+    per_length = real(1.0) / rods.spacing
     square = per_length * per_length
     before, after = wp.abs(node - 1), last - wp.abs(last - node - 1)
-    q = twisting_moment(tile, node, rods, star.twist)
-    q_before = (real(0.25) * per_length) * (q + twisting_moment(tile, before, rods, star.twist))
-    q_after = (real(0.25) * per_length) * (q + twisting_moment(tile, after, rods, star.twist))
-    if node == 0:
-        q_before = -q_after
-    if node == last:
-        q_after = -q_before
     M = balance.transverse_mobility[tile, node]
     b = square * rods.bending_stiffness[tile, node]
     lower = coefficient(M, square * rods.bending_stiffness[tile, before], q_before, like)
@@ -254,6 +248,13 @@ def velocity_terms(tile: int, node: int, rods: Swimmers, star: Shape, balance: B
     if node == last:
         lower += upper
     return square * lower, square * centre, square * upper
+
+
+@wp.func
+def half_moment(tile: int, half: int, rods: Swimmers, star: Shape):
+    """m0/2Δs at a half node."""
+    total = twisting_moment(tile, half, rods, star.twist) + twisting_moment(tile, half + 1, rods, star.twist)
+    return (real(0.25) / rods.spacing) * total
 
 
 @wp.func
@@ -275,8 +276,10 @@ def set_rows(
     half = real(0.5) / rods.spacing
     two = real(2.0)
     none = Lanes()
-    lower_before, centre_before, upper_before = velocity_terms(tile, 0, rods, star, balance, like)
-    lower_here, centre_here, upper_here = velocity_terms(tile, 1, rods, star, balance, like)
+    q_before = half_moment(tile, 0, rods, star)
+    q = half_moment(tile, 1, rods, star)
+    lower_before, centre_before, upper_before = velocity_terms(tile, 0, rods, -q_before, q_before, balance, like)
+    lower_here, centre_here, upper_here = velocity_terms(tile, 1, rods, q_before, q, balance, like)
     u0_next = half * balance.axial_velocity[tile, 0]
     set_end_row(tile, 0, rods.first.kind, a, u0_next, balance, diagonal)
     lower2[tile, 0] = none_like(like)
@@ -288,7 +291,11 @@ def set_rows(
         upper[tile, 0] = two * centre_here - plain(two * u0_next, none, like)
         upper2[tile, 0] = two * upper_here
     for node in range(1, last):
-        lower_after, centre_after, upper_after = velocity_terms(tile, node + 1, rods, star, balance, like)
+        q_after = -q
+        if node < last - 1:
+            q_after = half_moment(tile, node + 1, rods, star)
+        lower_after, centre_after, upper_after = velocity_terms(tile, node + 1, rods, q, q_after, balance, like)
+        q = q_after
         u0 = u0_next
         u0_next = half * balance.axial_velocity[tile, node]
         lower2[tile, node] = lower_before
@@ -312,7 +319,7 @@ def set_rows(
 
 @wp.func
 def set_end_row(tile: int, node: int, kind: int, a: Lanes, u0: Lanes, balance: Balance, diagonal: Any):
-    """The diagonal of an end: 1, or if it is clamped a, what moves along with ``u0``, and ω0; all but the velocities."""
+    """The diagonal of an end but for velocities across: 1, or a, ``u0`` and ω0 where it is clamped."""
     like = none_like(diagonal[tile, node])
     diagonal[tile, node] = plain(Lanes(real(1.0)), Lanes(), like)
     if kind == CLAMPED:

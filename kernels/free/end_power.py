@@ -2,9 +2,9 @@
 
 import warp as wp
 
-from warp_rods.kernels.free.rod import bending_moment, roll_rate_after, twisting_moment
+from warp_rods.kernels.free.rod import bending_moment, roll_rate_at_end, twisting_moment
 from warp_rods.kernels.free.state import CLAMPED, FREE, Balance, End, Shape, Swimmers
-from warp_rods.kernels.lanes import Lanes, add, dot, mul, pair, sub, times_i  # noqa: F401 (operators)
+from warp_rods.kernels.lanes import Lanes, add, dot, mul, pair, sub, times_i, wedge  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
@@ -37,12 +37,13 @@ def power_at(
     omega, roll_rate = pair(w[1], w[2]), real(1.0) * w[0]
     if end.kind != CLAMPED:
         omega = balance.angular_velocity[tile, half_node]
-        roll_rate = roll_rate_after(tile, half_node, rods, shape, balance)
+        roll_rate = roll_rate_at_end(tile, half_node, side, rods, shape, balance)
     turning = dot(bending_moment(tile, node, rods, shape.bending, balance), omega)
     turning += twisting_moment(tile, node, rods, shape.twist) * roll_rate
     along = balance.tension[tile, node] * balance.axial_velocity[tile, half_node]
     u = balance.transverse_velocity[tile, node]
-    across = side * dot(pair(F[1], F[2]), u)
+    pull = balance.tension[tile, node] * wedge(shape.bending[tile, node], u)  # u0' = −Im(k̄ u⊥) up to the end
+    across = side * dot(pair(F[1], F[2]), u) - (side * real(0.5) * rods.spacing) * pull
     if end.kind != FREE:
         across = dot(shear_after(tile, half_node, rods, shape, balance), u)
         drag = rods.drag_across[tile, node] * u - balance.load.transverse_force[tile, node]

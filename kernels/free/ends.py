@@ -8,7 +8,7 @@ holds to round-off. Loads on ends that are not held give ``λ``, ``m⊥`` and ``
 
 import warp as wp
 
-from warp_rods.kernels.free.state import CLAMPED, FREE, Balance, Shape, Swimmers
+from warp_rods.kernels.free.state import FREE, Balance, Shape, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Block,
     Lanes,

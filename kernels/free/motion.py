@@ -9,7 +9,7 @@ and stiff ones are stable only if both are advanced alike.
 
 import warp as wp
 
-from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
+from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after, roll_rate_at_end
 from warp_rods.kernels.free.state import CLAMPED, Balance, End, Midpoint, Shape, Swimmers, Trial
 from warp_rods.kernels.lanes import WIDTH, Pair, add, mul, pair, rods_in, sub, vector  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
@@ -27,14 +27,14 @@ def extrapolated(near: Pair, far: Pair):
 
 
 @wp.func
-def rates_of_end(tile: int, end: End, near: int, far: int, rods: Swimmers, shape: Shape, balance: Balance):
+def rates_of_end(tile: int, end: End, near: int, far: int, side: real, rods: Swimmers, shape: Shape, balance: Balance):
     """``tracked_rates`` of a held end, beside the half nodes ``near`` and ``far``."""
     w = end.angular_velocity[tile]
     omega = pair(w[1], w[2])
     roll_rate = real(1.0) * w[0]
     if end.kind != CLAMPED:
         omega = extrapolated(balance.angular_velocity[tile, near], balance.angular_velocity[tile, far])
-        roll_rate = roll_rate_after(tile, near, rods, shape, balance)
+        roll_rate = roll_rate_at_end(tile, near, side, rods, shape, balance)
     return omega, real(1.0) * end.velocity[tile], roll_rate
 
 
@@ -45,9 +45,9 @@ def tracked_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance):
     node = rods.tracked
     last = shape.twist.shape[1] - 1
     if node == 0:
-        return rates_of_end(tile, rods.first, 0, 1, rods, shape, balance)
+        return rates_of_end(tile, rods.first, 0, 1, real(-1.0), rods, shape, balance)
     if node == last:
-        return rates_of_end(tile, rods.last, last - 1, last - 2, rods, shape, balance)
+        return rates_of_end(tile, rods.last, last - 1, last - 2, real(1.0), rods, shape, balance)
     omega = half * (balance.angular_velocity[tile, node - 1] + balance.angular_velocity[tile, node])
     before = roll_rate_after(tile, node - 1, rods, shape, balance)
     roll_rate = half * (before + roll_rate_after(tile, node, rods, shape, balance))

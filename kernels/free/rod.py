@@ -16,7 +16,7 @@ import warp as wp
 from warp_rods.kernels.banded import solve_pentadiagonal_rod, solve_tridiagonal_rod
 from warp_rods.kernels.free.ends import hold_across, hold_mobilities, set_end_tensions
 from warp_rods.kernels.free.flagella import reaction
-from warp_rods.kernels.free.state import CLAMPED, Balance, End, Shape, Swimmers
+from warp_rods.kernels.free.state import Balance, End, Shape, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes,
     Lanes2D,
@@ -66,7 +66,7 @@ def find_mobilities(tile: int, rods: Swimmers, balance: Balance):
 def find_transverse_source(tile: int, rods: Swimmers, bending: Pairs, twist: Lanes2D, balance: Balance):
     """``source⊥ = (Λ⊥' + f_ext⊥)/ζ⊥`` at nodes, with ``Λ⊥ = i (m⊥' + µ⊥) + m0 k`` at half nodes.
 
-    It is odd beyond free ends; source⊥ of held ends is their velocity.
+    It is odd beyond free ends; source⊥ of held ends is their velocity. Stores ``m⊥' + µ⊥``, too.
     """
     last = twist.shape[1] - 1
     per_length = real(1.0) / rods.spacing
@@ -80,6 +80,7 @@ def find_transverse_source(tile: int, rods: Swimmers, bending: Pairs, twist: Lan
         m_next = bending_moment(tile, node + 1, rods, bending, balance)
         m0_next = quarter * twisting_moment(tile, node + 1, rods, twist)
         slope = per_length * (m_next - m) + balance.load.transverse_couple[tile, node]
+        balance.moment_slope[tile, node] = slope
         shear = times_i(slope) + (m0 + m0_next) * (k + k_next)
         if node == 0:
             shear_before = -shear
@@ -96,21 +97,17 @@ def find_transverse_source(tile: int, rods: Swimmers, bending: Pairs, twist: Lan
 
 @wp.func
 def find_axial_source(tile: int, rods: Swimmers, shape: Shape, balance: Balance):
-    """``source0 = (Re(k̄ (m⊥' + µ⊥)) + f + f_ext0)/ζ∥`` at half nodes."""
+    """``source0 = (Re(k̄ (m⊥' + µ⊥)) + f + f_ext0)/ζ∥`` at half nodes, after ``find_transverse_source``."""
     half = real(0.5)
-    per_length = real(1.0) / rods.spacing
     k = shape.bending[tile, 0]
-    m = bending_moment(tile, 0, rods, shape.bending, balance)
     f = shape.activity[tile, 0]
     for node in range(shape.twist.shape[1] - 1):
         k_next = shape.bending[tile, node + 1]
-        m_next = bending_moment(tile, node + 1, rods, shape.bending, balance)
         f_next = shape.activity[tile, node + 1]
-        slope = per_length * (m_next - m) + balance.load.transverse_couple[tile, node]
-        force = half * (dot(k + k_next, slope) + f + f_next) + balance.load.axial_force[tile, node]
+        along = dot(k + k_next, balance.moment_slope[tile, node])
+        force = half * (along + f + f_next) + balance.load.axial_force[tile, node]
         balance.axial_source[tile, node] = balance.axial_mobility[tile, node] * force
         k = k_next
-        m = m_next
         f = f_next
 
 
@@ -192,22 +189,16 @@ def bishop_roll_after(tile: int, node: int, rods: Swimmers, balance: Balance):
     """``−∫ Im(k̄ ω⊥) ds`` from a node to the next.
 
     With natural bending the energy law demands that the material angle ϑ, a sum of τ at nodes, turns as the frames do:
-    the mean of the sources of twist at both nodes, each the mean of those at its half nodes (``twist_rate``).
+    the mean of the sources of twist at both nodes, each the mean of those at its half nodes (``twist_rate``), and even
+    beyond the ends.
     """
     here = balance.twist_source[tile, node]
     if rods.bent == 0:
         return rods.spacing * here
     last = balance.tension.shape[1] - 1
-    beyond = Lanes()
-    if node > 0:
-        beyond += balance.twist_source[tile, node - 1]
-    elif rods.first.kind == CLAMPED:
-        beyond += here
-    if node < last - 1:
-        beyond += balance.twist_source[tile, node + 1]
-    elif rods.last.kind == CLAMPED:
-        beyond += here
-    return real(0.25) * rods.spacing * (beyond + real(2.0) * here)
+    before = balance.twist_source[tile, wp.max(node - 1, 0)]
+    after = balance.twist_source[tile, wp.min(node + 1, last - 1)]
+    return rods.spacing * (real(0.25) * (before + after) + real(0.5) * here)
 
 
 @wp.func
@@ -258,6 +249,16 @@ def roll_rate_after(tile: int, node: int, rods: Swimmers, shape: Shape, balance:
         after = wedge(shape.bending[tile, node + 1], bending_moment(tile, node + 1, rods, shape.bending, balance))
         couple += half * (turning + after)
     return couple / rods.rotational_drag[tile, node]
+
+
+@wp.func
+def roll_rate_at_end(tile: int, half: int, side: real, rods: Swimmers, shape: Shape, balance: Balance):
+    """ω0 at an end that is not clamped, where τ is given: that of the half node beside it, and −Im(k̄ ω⊥) from there.
+
+    side: 1 at the last end, −1 at the first.
+    """
+    beyond = (side * real(0.5) * rods.spacing) * balance.twist_source[tile, half]
+    return roll_rate_after(tile, half, rods, shape, balance) - beyond
 
 
 @wp.func

@@ -14,7 +14,6 @@ from warp_rods.kernels.layout import (
     real,
 )
 
-
 FREE, HINGED, CLAMPED = wp.constant(0), wp.constant(1), wp.constant(2)
 """Kinds of ends: nothing holds it; it is held at a place; its frame is held, too."""
 
@@ -99,6 +98,7 @@ class Balance:
     rest: Pairs  # k0 exp(iϑ), the natural bending in the Bishop frame
     axial_mobility: Lanes2D  # 1 over the drag along, half nodes
     transverse_mobility: Blocks  # inverse of the drag across
+    moment_slope: Pairs  # m⊥' + µ⊥, half nodes
     axial_source: Lanes2D  # u0 without the tension, half nodes
     transverse_source: Pairs  # u⊥ without the tension
     tension: Lanes2D  # λ

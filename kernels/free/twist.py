@@ -125,9 +125,8 @@ def set_twist_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
     k_after = half_bending(tile, 1, star)
     A = dot(m_k, k_after)
     spread = square / rods.rotational_drag[tile, 0]
-    set_end_row(
-        tile, 0, 1, rods.first.kind, two * (g * B + spread), two * (g * (B - A) - spread), -two * (g * A), balance
-    )
+    near = two * (g * (B - A) - spread)
+    set_end_row(tile, 0, 1, rods.first.kind, rods, star, a, two * (g * B + spread), near, -two * (g * A), balance)
     for node in range(1, last):
         A_before2 = A_before
         A_before = A
@@ -143,50 +142,50 @@ def set_twist_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
         else:
             m_k = two * m_k
         B = dot(k, balance.transverse_mobility[tile, node] * k + m_k)
-        balance.lower2[tile, node] = -g * A_before2
-        balance.lower[tile, node] = g * (B_before - A_before2 - A_before) - spread_before
-        balance.diagonal[tile, node] = g * (B_before + B - two * A_before) + spread_before + spread
-        balance.upper[tile, node] = g * (B - A_before - A) - spread
-        balance.upper2[tile, node] = -g * A
-    last_terms = two * (g * (B - A_before) - spread)
-    set_end_row(tile, last, -1, rods.last.kind, two * (g * B + spread), last_terms, -two * (g * A_before), balance)
-    multiply_by_stiffness(tile, rods, star, a, balance)
+        c = rods.twist_stiffness[tile, node]
+        centre = c * (g * (B_before + B - two * A_before) + spread_before + spread) + a
+        if rods.bent == 1:
+            centre += drawing_back(tile, node, rods, star, balance)
+        lower = g * (B_before - A_before2 - A_before) - spread_before
+        upper = g * (B - A_before - A) - spread
+        balance.lower2[tile, node] = rods.twist_stiffness[tile, wp.max(node - 2, 0)] * (-g * A_before2)
+        balance.lower[tile, node] = rods.twist_stiffness[tile, node - 1] * lower
+        balance.diagonal[tile, node] = centre
+        balance.upper[tile, node] = rods.twist_stiffness[tile, node + 1] * upper
+        balance.upper2[tile, node] = rods.twist_stiffness[tile, wp.min(node + 2, last)] * (-g * A)
+    near_last = two * (g * (B - A_before) - spread)
+    centre_last = two * (g * B + spread)
+    set_end_row(tile, last, -1, rods.last.kind, rods, star, a, centre_last, near_last, -two * (g * A_before), balance)
 
 
 @wp.func
 def set_end_row(
-    tile: int, node: int, inward: int, kind: int, centre: Lanes, near: Lanes, next: Lanes, balance: Balance
+    tile: int,
+    node: int,
+    inward: int,
+    kind: int,
+    rods: Swimmers,
+    star: Shape,
+    a: Lanes,
+    centre: Lanes,
+    near: Lanes,
+    next: Lanes,
+    balance: Balance,
 ):
-    """The row of an end, with factors of y there and at the next two nodes inwards; none if it is not clamped."""
+    """The row of an end from factors of y there and at the next two nodes inwards; δτ itself if it is not clamped."""
     balance.lower2[tile, node] = Lanes()
     balance.lower[tile, node] = Lanes()
-    balance.diagonal[tile, node] = Lanes()
+    balance.diagonal[tile, node] = Lanes(real(1.0))
     balance.upper[tile, node] = Lanes()
     balance.upper2[tile, node] = Lanes()
     if kind == CLAMPED:
-        balance.diagonal[tile, node] = centre
+        drawn = drawing_back(tile, node, rods, star, balance)
+        balance.diagonal[tile, node] = rods.twist_stiffness[tile, node] * centre + a + drawn
+        near_term = rods.twist_stiffness[tile, node + inward] * near
+        next_term = rods.twist_stiffness[tile, node + 2 * inward] * next
         if inward > 0:
-            balance.upper[tile, node] = near
-            balance.upper2[tile, node] = next
+            balance.upper[tile, node] = near_term
+            balance.upper2[tile, node] = next_term
         else:
-            balance.lower[tile, node] = near
-            balance.lower2[tile, node] = next
-
-
-@wp.func
-def multiply_by_stiffness(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance):
-    """Turn factors of y = c z into those of z, and add a and P; a row of an end that is not clamped is δτ."""
-    last = star.twist.shape[1] - 1
-    for node in range(last + 1):
-        c = rods.twist_stiffness[tile, node]
-        balance.lower2[tile, node] = rods.twist_stiffness[tile, wp.max(node - 2, 0)] * balance.lower2[tile, node]
-        balance.lower[tile, node] = rods.twist_stiffness[tile, wp.max(node - 1, 0)] * balance.lower[tile, node]
-        balance.diagonal[tile, node] = c * balance.diagonal[tile, node]
-        balance.upper[tile, node] = rods.twist_stiffness[tile, wp.min(node + 1, last)] * balance.upper[tile, node]
-        balance.upper2[tile, node] = rods.twist_stiffness[tile, wp.min(node + 2, last)] * balance.upper2[tile, node]
-        if has_twist_rate(node, last, rods):
-            balance.diagonal[tile, node] += a
-            if rods.bent == 1:
-                balance.diagonal[tile, node] += drawing_back(tile, node, rods, star, balance)
-        else:
-            balance.diagonal[tile, node] += Lanes(real(1.0))
+            balance.lower[tile, node] = near_term
+            balance.lower2[tile, node] = next_term

@@ -39,7 +39,7 @@ BANDS = ("lower2", "lower", "diagonal", "upper", "upper2")
 COMPLEX = tuple(f"complex_{band}" for band in BANDS)
 IN_BLOCKS = tuple(f"block_{band}" for band in BANDS)
 BALANCE = (
-    *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
+    *("axial_mobility", "transverse_mobility", "moment_slope", "axial_source", "transverse_source", "tension"),
     *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
     *(*BANDS, *COMPLEX, *IN_BLOCKS, "rhs", "rhs_pairs", "rhs_equal"),
     *("work", "work_pairs", "work_pairs2", "work_block", "work_block2"),
@@ -55,7 +55,7 @@ TRIAL = {
 }
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "bending_rate", "transverse_force"),
-    *("rest", "natural_bending", "transverse_couple"),
+    *("rest", "natural_bending", "transverse_couple", "moment_slope"),
     *(*COMPLEX, "rhs_pairs", "rhs_equal", "work_pairs", "work_pairs2"),
 }
 """Fields with two components across the rod."""

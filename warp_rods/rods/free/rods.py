@@ -28,8 +28,8 @@ from warp_rods.rods.free.checks import (
 from warp_rods.rods.free.ends import End, check_ends, ends_of
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.free.launches import FreeLaunches
-from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.natural import Natural
+from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace

@@ -12,7 +12,7 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def find_rest(tile: int, rods: Swimmers, shape: Shape, angle: Scalars1D, balance: Balance):
-    """``k0 exp(iϑ)``: the material frame is turned by ``ϑ``, ``angle`` plus ∫τ from the tracked node (trapezoid rule)."""
+    """``k0 exp(iϑ)``: the material frame is turned by ``ϑ``, ``angle`` + ∫τ from the tracked node."""
     at_tracked = Lanes()
     for lane in range(rods_in(tile, angle.shape[0])):
         at_tracked[lane] = angle[tile * WIDTH + lane]

@@ -58,7 +58,7 @@ class Output:
 
 @wp.func
 def find_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
-    """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` of the equations discretised in s; those of strains are 0 at ends that are not clamped."""
+    """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` discretised in s; those of strains are 0 at ends that are not clamped."""
     last = shape.twist.shape[1] - 1
     before = Lanes()
     for node in range(last + 1):

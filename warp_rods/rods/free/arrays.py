@@ -17,6 +17,7 @@ from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import Pace
 from warp_rods.rods.free import ends
 from warp_rods.rods.free.along import at_half_nodes, product
+from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_array, slice_struct
 from warp_rods.rods.tiles import tiled, tiles_of
@@ -178,12 +179,12 @@ def set_ends(arrays: Arrays, first: ends.End, last: ends.End) -> None:
     arrays.rods.tracked = ends.tracked_node(first, last, arrays.position.shape[1])
 
 
-def allocate_natural(arrays: Arrays, bending: np.ndarray, twist: np.ndarray) -> None:
-    """Natural strains: bending [rod, node, 2] of the material frame, and twist [rod, node]."""
+def allocate_natural(arrays: Arrays, natural: Natural) -> None:
+    """Natural strains of the material frame."""
     (rods, nodes), device = arrays.position.shape, arrays.position.device
-    arrays.rods.natural_bending = tiled(bending, Pair, device)
-    arrays.rods.natural_twist = tiled(twist, Lanes, device)
-    arrays.rods.bent = int(bending.any())
+    arrays.rods.natural_bending = tiled(natural.bending, Pair, device)
+    arrays.rods.natural_twist = tiled(natural.twist, Lanes, device)
+    arrays.rods.bent = int(natural.varies or natural.bending.any())
     if arrays.rods.bent:
         for balance in (arrays.step_balance, arrays.balance):
             balance.rest = workspace(tiles_of(rods), nodes, Pair, device)

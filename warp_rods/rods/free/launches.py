@@ -97,11 +97,12 @@ class FreeLaunches:
 
     def _launch_predict(self, a: Arrays) -> None:
         self._launch(equal_steps.predict, _tiles(a), a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
-        if a.force is None:
+        if a.force is None and not a.rods.bent:
             return
         self._launch(equal_steps.predict_midpoint, a.position.shape[0], a.pace, a.midpoint, a.trial, *_frame(a))
-        self._launch_lay_out(a, a.star)
-        self._launch_field(a, self.clock.array)
+        if a.force is not None:
+            self._launch_lay_out(a, a.star)
+            self._launch_field(a, self.clock.array)
 
     def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:

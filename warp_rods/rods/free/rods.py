@@ -135,8 +135,9 @@ class FreeRods(FreeReadings, Ensemble):
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
+            self._natural = natural
             if natural.any:
-                allocate_natural(self._arrays, natural.bending, natural.twist)
+                allocate_natural(self._arrays, natural)
             set_ends(self._arrays, *held)
             self._place(shape, points(position, count), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
@@ -191,6 +192,7 @@ class FreeRods(FreeReadings, Ensemble):
     def predict_step(self) -> None:
         """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
         self._launches.predict()
+        self._set_natural(self.reached + self._clock.step)
         self._evaluate_external(self.reached + self._clock.step)
 
     def try_step(self) -> None:
@@ -230,8 +232,8 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def has_own_steps(self) -> bool:
-        """True for rods without external forces."""
-        return self._arrays.force is None
+        """True for rods without external forces whose natural shape does not change in time."""
+        return self._arrays.force is None and not self._natural.varies
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
@@ -275,7 +277,16 @@ class FreeRods(FreeReadings, Ensemble):
         """The number of threads that share a step."""
         return self._launches.threads
 
+    def _set_natural(self, time: float) -> None:
+        """Let a natural shape that changes in time be that of a time."""
+        if self._natural.varies:
+            bending, twist = self._natural.at(time)
+            with exclusive:
+                Tiled(self._arrays.rods.natural_bending, self.count).assign(bending)
+                Tiled(self._arrays.rods.natural_twist, self.count).assign(twist)
+
     def _apply_external(self) -> None:
+        self._set_natural(self.time)
         if self._external is not None:
             with exclusive:
                 self._launches.find_frames()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels.free.holding import Hold
 from warp_rods.kernels.free.output import Output
 from warp_rods.kernels.free.state import Balance, Contact, End, Load, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
@@ -89,6 +90,7 @@ class Arrays:
     orientation: wp.array
     spacing: wp.array
     force: wp.array | None = None  # external force in space; None until one is used
+    hold: Any = None  # Hold: ends held in space; None without them
 
     @property
     def stiffness(self) -> wp.array | None:
@@ -166,6 +168,15 @@ def free_end(tiles: int, device: Any) -> Any:
     return end
 
 
+def allocate_hold(arrays: Arrays) -> None:
+    """Arrays of zeros for what holds ends in space; those for external forces must be there."""
+    rods, device = arrays.position.shape[0], arrays.position.device
+    arrays.hold = Hold()
+    for name in Hold.vars:
+        dtype = wp.mat33d if name == "rotation" else wp.vec3d
+        setattr(arrays.hold, name, wp.zeros((rods, 2), dtype=dtype, device=device))
+
+
 def set_ends(arrays: Arrays, first: ends.End, last: ends.End) -> None:
     """What holds and loads the ends."""
     for name, end in (("first", first), ("last", last)):
@@ -239,6 +250,7 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         orientation=a.orientation[rods],
         spacing=a.spacing[rods],
         force=slice_array(a.force, rods),
+        hold=None if a.hold is None else slice_struct(Hold, a.hold, rods),
     )
 
 

@@ -25,8 +25,9 @@ from warp_rods.rods.free.checks import (
     points,
     symmetric_starts,
 )
-from warp_rods.rods.free.ends import End, check_ends, ends_of
+from warp_rods.rods.free.ends import End, ends_of, needs_places
 from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.holding import Holding, places_of_ends
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.free.readings import FreeReadings
@@ -127,7 +128,8 @@ class FreeRods(FreeReadings, Ensemble):
         if external is not None and not isinstance(external, wp.Function):
             arguments.function("external", external, 3, "a function (t, position, rotation), a wp.func, or None")
         held = ends_of(ends, count)
-        check_ends(*held, symmetric)
+        if symmetric and not (held[0].plain and held[1].plain):
+            raise SceneError("symmetric = true: the ends must be free and without loads")
         natural = Natural(natural_bend, natural_twist, count, nodes)
         fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
@@ -141,9 +143,20 @@ class FreeRods(FreeReadings, Ensemble):
             set_ends(self._arrays, *held)
             self._place(shape, points(position, count), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
+            self._holding: Holding | None = None
+            if needs_places(*held):
+                self._hold(held)
             self._external: Callable | None = None
             if external is not None:
                 self._use(external)
+
+    def _hold(self, ends: tuple[End, End]) -> None:
+        """Hold ends at the places and directions that they have now, or load them in space."""
+        self._enable_forces()
+        self._launches.enable_hold()
+        twist, a = Tiled(self._arrays.now.twist, self.count).numpy(), self._arrays
+        angles = from_node(twist, a.rods.tracked)[:, [0, -1]]
+        self._holding = Holding(ends, a, *places_of_ends(a, angles))
 
     def _use(self, external: Callable) -> None:
         """Let a function give the external force."""
@@ -191,6 +204,10 @@ class FreeRods(FreeReadings, Ensemble):
 
     def predict_step(self) -> None:
         """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
+        if self._holding is not None:
+            with exclusive:
+                self._holding.set_places(self.reached)
+                self._holding.set_velocities(self.reached + self._clock.step)
         self._launches.predict()
         self._set_natural(self.reached + self._clock.step)
         self._evaluate_external(self.reached + self._clock.step)
@@ -287,6 +304,10 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _apply_external(self) -> None:
         self._set_natural(self.time)
+        if self._holding is not None:
+            with exclusive:
+                self._holding.set_velocities(self.time)
+                self._holding.forget_drift()
         if self._external is not None:
             with exclusive:
                 self._launches.find_frames()

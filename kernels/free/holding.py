@@ -1,7 +1,8 @@
 """Ends that are held at places in space, and loads with directions in space (docs/model.md §2.7).
 
-A held end gets the velocity of its place at the end of the step, and what it has drifted off by then, over Δt: the
-velocities of the equations discretised in s are those of the nodes only up to errors of second order.
+A held end gets the velocity of its place at the end of the step, and what it has drifted off before, over Δt: the
+velocities of the equations discretised in s are those of the nodes only up to errors of second order. Δt is that of the
+last step, in which the drift arose, or of this one if that is longer; a shorter step must not mean a faster correction.
 """
 
 import warp as wp
@@ -12,6 +13,7 @@ from warp_rods.kernels.free.state import CLAMPED, FREE, End, Midpoint, Shape, Sw
 from warp_rods.kernels.lanes import WIDTH, Vector, rods_in
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
 from warp_rods.kernels.lie import rotation_log
+from warp_rods.kernels.multistep import Pace
 
 wp.set_module_options({"enable_backward": False})
 
@@ -90,13 +92,21 @@ def set_end(rod: int, index: int, end: End, R: wp.mat33d, angle: real, dt: real,
 
 
 @wp.kernel
-def set_ends(rods: Swimmers, shape: Shape, angle: Scalars1D, clock: Scalars1D, rotation: Matrices2D, hold: Hold):
+def set_ends(
+    rods: Swimmers,
+    shape: Shape,
+    angle: Scalars1D,
+    pace: Pace,
+    clock: Scalars1D,
+    rotation: Matrices2D,
+    hold: Hold,
+):
     """Conditions at both ends at the extrapolated shape; ``dim = tiles``."""
     tile = wp.tid()
     last = rotation.shape[1] - 1
-    dt = clock[STEP]
     for lane in range(rods_in(tile, rotation.shape[0])):
         rod = tile * WIDTH + lane
+        dt = wp.max(clock[STEP], pace.at[rod, 0] - pace.at[rod, 1])
         first_angle = angle[rod] + angle_from(rod, rods.tracked, 0, rods.spacing, shape.twist)
         last_angle = angle[rod] + angle_from(rod, rods.tracked, last, rods.spacing, shape.twist)
         set_end(rod, 0, rods.first, rotation[rod, 0], first_angle, dt, hold)

@@ -117,7 +117,7 @@ class FreeLaunches:
         if a.force is not None:
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.step_balance.load)
         if a.hold is not None:
-            held = (a.rods, a.star, a.trial.angle, self.clock.array, a.rotation, a.hold)
+            held = (a.rods, a.star, a.trial.angle, a.pace, self.clock.array, a.rotation, a.hold)
             self._launch(holding.set_ends, _tiles(a), *held)
         if a.contact.present:
             contact = (a.rods, a.rotation, a.pace, a.trial, a.contact, a.step_balance.load)
@@ -166,7 +166,7 @@ class FreeLaunches:
             self._launch_present_force(a)
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.balance.load)
         if a.hold is not None:
-            held = (a.rods, a.shown, a.shown_midpoint.angle, self.clock.array, a.rotation, a.hold)
+            held = (a.rods, a.shown, a.shown_midpoint.angle, a.pace, self.clock.array, a.rotation, a.hold)
             self._launch(holding.set_ends, _tiles(a), *held)
         self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.shown_midpoint.angle, a.balance, a.output)
 

@@ -167,7 +167,8 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
-        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
+        clamped = (self.ends[0].kind == "clamped", self.ends[1].kind == "clamped")
+        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella, clamped)
         self._set_end_strains(strain)
         turn = from_node(strain[..., 0], self._arrays.rods.tracked)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * turn)

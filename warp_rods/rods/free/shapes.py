@@ -47,11 +47,16 @@ SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, 
 
 
 def initial_strain(
-    shape: Any, nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella = DEFAULT_FLAGELLA
+    shape: Any,
+    nodes: int,
+    parameters: Mapping[str, np.ndarray],
+    flagella: Flagella = DEFAULT_FLAGELLA,
+    clamped: tuple[bool, bool] = (False, False),
 ) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
-    parameters: {name: [rod]}; flagella: what a twist may have to balance. None is beam mode 0 of amplitude 1. Raises
+    parameters: {name: [rod] or [rod, node]}; flagella: what a twist may have to balance; clamped: which ends are, as
+    strains of the others are set to 0. None is beam mode 0 of amplitude 1. Raises
     SceneError for an unknown kind or key, for values whose shape does not fit, and for values that are not finite.
     """
     rods = len(parameters["bend"])
@@ -62,7 +67,9 @@ def initial_strain(
     if np.ndim(values) == 0:
         raise arguments.wrong("shape", shape, expected)
     strain = arguments.fitted("shape", values, (rods, nodes, 3), expected)
-    strain[:, [0, -1]] = 0.0
+    for node, is_clamped in ((0, clamped[0]), (-1, clamped[1])):
+        if not is_clamped:
+            strain[:, node] = 0.0
     return strain
 
 
@@ -79,7 +86,7 @@ def _from_table(
     size = parameter("shape.perturbation", rest.pop("perturbation", 0.0), rods, "zero or more")
     seed = rest.pop("seed", 0)
     refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
-    columns = {name: value[:, None] for name, value in parameters.items()}
+    columns = {name: value if value.ndim == 2 else value[:, None] for name, value in parameters.items()}
     strain = make(s, amplitude[:, None], columns, flagella, **rest)
     if not size.any():
         return strain

@@ -311,6 +311,11 @@ def none_like(a: Block) -> Block:
     return Block()
 
 
+@wp.func
+def none_like(a: Lanes) -> Lanes:
+    return Lanes()
+
+
 @wp.func_native(rows("Pair", "z", "auto s = 1.0 / (Z[0] * Z[0] + Z[1] * Z[1]); R[0] = s * Z[0]; R[1] = -s * Z[1];"))
 def inverse(z: Pair) -> Pair:
     """1/z of complex numbers."""

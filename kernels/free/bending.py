@@ -1,11 +1,11 @@
 """The bending of active rods at the end of a step (docs/model.md §2.4).
 
-    (a − J) δk = ∂k/∂t(x*) − Σ d_j k_j                δk = δk' = 0 at the ends
-    J z = [i (shear' − i λ* z)/ζ⊥]'' + (u0* z)' − i ω0* z,    shear = i b z' + c τ* z, odd beyond the ends
+    (a − J) δk = ∂k/∂t(x*) − Σ d_j k_j                δk given at ends that are not clamped
+    J z = [i (shear' − i λ* z)/ζ⊥]'' + (u0* z)' − i ω0* z,    shear = i (b z)' + m0* z, odd beyond free ends
 
 J is the derivative of ∂k/∂t at constant tension, tangential velocity, twist and roll. It couples both bending
-components where the rod is twisted, as a complex number does, or contact adds a drag to η, as a matrix does. Otherwise
-it is the same for both.
+components where the rod is twisted, as a complex number does, or contact adds a drag, as a matrix does. Otherwise it is
+the same for both. Each function that forms rows serves all three: a coefficient is Lanes, a Pair or a Block.
 """
 
 from typing import Any
@@ -13,8 +13,9 @@ from typing import Any
 import warp as wp
 
 from warp_rods.kernels.block_banded import solve_block_pentadiagonal_rod
-from warp_rods.kernels.free.rod import bending_rate, set_zero_end_rows, solve_in_place
-from warp_rods.kernels.free.state import Balance, Shape, Swimmers
+from warp_rods.kernels.free.ends import first_bending, last_bending
+from warp_rods.kernels.free.rod import bending_rate, solve_in_place, twisting_moment
+from warp_rods.kernels.free.state import CLAMPED, Balance, Shape, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Block,
     Lanes,
@@ -41,251 +42,44 @@ wp.set_module_options({"enable_backward": False})
 def step_bending(tile: int, rods: Swimmers, star: Shape, slope: Shape, a: Lanes, balance: Balance):
     """From k* to kⁿ⁺¹."""
     last = star.twist.shape[1] - 1
-    balance.rhs_pairs[tile, 0] = Pair()
-    balance.rhs_pairs[tile, last] = Pair()
     for node in range(1, last):
         rate = bending_rate(tile, node, rods, star.bending[tile, node], balance)
         balance.rhs_pairs[tile, node] = rate - slope.bending[tile, node]
+    set_end_increments(tile, rods, star, slope, balance)
     equal = where(
-        is_planar(tile, rods, star), where(feels_contact(tile, rods, balance), Lanes(), Lanes(real(1.0))), Lanes()
+        is_untwisted(tile, rods, star), where(feels_contact(tile, rods, balance), Lanes(), Lanes(real(1.0))), Lanes()
     )
     if all_of(equal):
-        solve_equal(tile, rods, a, balance, balance.rhs_pairs)
+        solve_equal(tile, rods, star, a, balance, balance.rhs_pairs)
     else:
         solve_coupled(tile, rods, star, a, equal, balance)
-    for node in range(1, last):
+    for node in range(last + 1):
         star.bending[tile, node] += balance.rhs_pairs[tile, node]
 
 
 @wp.func
-def solve_equal(tile: int, rods: Swimmers, a: Lanes, balance: Balance, rhs: Pairs):
-    """δk of rods whose matrix is the same for both components, stored in place of the right-hand side."""
-    set_rows(tile, rods, a, balance)
-    solve_in_place(tile, balance, rhs)
-
-
-@wp.func
-def solve_coupled(tile: int, rods: Swimmers, star: Shape, a: Lanes, equal: Lanes, balance: Balance):
-    """δk of any rods; those where ``equal`` is not zero get what ``solve_equal`` finds."""
-    nodes = star.twist.shape[1]
-    if any_of(equal):
-        for node in range(nodes):
-            balance.rhs_equal[tile, node] = balance.rhs_pairs[tile, node]
-        solve_equal(tile, rods, a, balance, balance.rhs_equal)
-    if rods.touched == 1:
-        set_block_rows(tile, rods, star, a, balance)
-        solve_block_bending(tile, balance)
+def set_end_increments(tile: int, rods: Swimmers, star: Shape, slope: Shape, balance: Balance):
+    """Right-hand sides of both ends: as of inner nodes where they are clamped, otherwise δk."""
+    last = star.twist.shape[1] - 1
+    if rods.first.kind == CLAMPED:
+        rate = bending_rate(tile, 0, rods, star.bending[tile, 0], balance)
+        balance.rhs_pairs[tile, 0] = rate - slope.bending[tile, 0]
     else:
-        set_complex_rows(tile, rods, star, a, balance)
-        solve_complex_bending(tile, balance)
-    if any_of(equal):
-        for node in range(nodes):
-            balance.rhs_pairs[tile, node] = where(equal, balance.rhs_equal[tile, node], balance.rhs_pairs[tile, node])
+        balance.rhs_pairs[tile, 0] = first_bending(tile, rods, balance) - star.bending[tile, 0]
+    if rods.last.kind == CLAMPED:
+        rate = bending_rate(tile, last, rods, star.bending[tile, last], balance)
+        balance.rhs_pairs[tile, last] = rate - slope.bending[tile, last]
+    else:
+        balance.rhs_pairs[tile, last] = last_bending(tile, rods, balance) - star.bending[tile, last]
 
 
 @wp.func
-def set_rows(tile: int, rods: Swimmers, a: Lanes, balance: Balance):
-    """Rows of a − J of a rod in a plane, ``a + (b/η)∂⁴ − (1/η)∂²(λ* ·) − ∂(u0* ·)``, the same for both components."""
-    last = balance.tension.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    mobility = per_length * per_length / rods.drag_ratio[tile]
-    stiffness = rods.bending_stiffness[tile] * mobility * per_length * per_length
-    half = real(0.5) * per_length
-    off_diagonal = real(-4.0) * stiffness
-    u0 = balance.axial_velocity[tile, 0]
-    for node in range(1, last):
-        u0_next = balance.axial_velocity[tile, node]
-        centre = a + real(6.0) * stiffness + real(2.0) * mobility * balance.tension[tile, node]
-        balance.lower2[tile, node] = stiffness
-        balance.lower[tile, node] = off_diagonal - mobility * balance.tension[tile, node - 1] + half * u0
-        balance.diagonal[tile, node] = centre + half * (u0 - u0_next)
-        balance.upper[tile, node] = off_diagonal - mobility * balance.tension[tile, node + 1] - half * u0_next
-        balance.upper2[tile, node] = stiffness
-        u0 = u0_next
-    set_free_end_rows(tile, last, stiffness, balance)
-
-
-@wp.func
-def half_twist(tile: int, half: int, last: int, shape: Shape):
-    """τ at a half node; beyond the ends minus that of the last one, as the shear is odd there."""
-    if half < 0:
-        return real(-0.5) * (shape.twist[tile, 0] + shape.twist[tile, 1])
-    if half >= last:
-        return real(-0.5) * (shape.twist[tile, last - 1] + shape.twist[tile, last])
-    return real(0.5) * (shape.twist[tile, half] + shape.twist[tile, half + 1])
-
-
-@wp.func
-def set_complex_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance):
-    """Rows of a − J of rods that feel no contact, where it multiplies complex numbers.
-
-    With S = τ(z_i + z_(i+1))/2 at half nodes, ∂²(i(τz)') at node i is i (S_(i+3/2) − 3 S_(i+1/2) + 3 S_(i−1/2) −
-    S_(i−3/2))/Δs³. Beyond an end S is minus its mirror image, whose z are those of the first inner node and the end.
-    """
-    last = star.twist.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    mobility = per_length * per_length / rods.drag_ratio[tile]
-    b = rods.bending_stiffness[tile] * mobility * per_length * per_length
-    c = real(-0.5) * per_length * rods.twist_stiffness[tile] * mobility
-    half = real(0.5) * per_length
-    two, three, four, six = real(2.0), real(3.0), real(4.0), real(6.0)
-    set_identity_rows(
-        tile,
-        last,
-        pair(Lanes(real(1.0)), Lanes()),
-        balance.complex_lower2,
-        balance.complex_lower,
-        balance.complex_diagonal,
-        balance.complex_upper,
-        balance.complex_upper2,
-    )
-    tau = c * half_twist(tile, -1, last, star)
-    tau_after = c * half_twist(tile, 0, last, star)
-    tau_after2 = c * half_twist(tile, 1, last, star)
-    u0_next = half * balance.axial_velocity[tile, 0]
-    for node in range(1, last):
-        tau_before2 = tau
-        tau = tau_after
-        tau_after = tau_after2
-        tau_after2 = c * half_twist(tile, node + 1, last, star)
-        u0 = u0_next
-        u0_next = half * balance.axial_velocity[tile, node]
-        pull = mobility * balance.tension[tile, node]
-        pull_before = four * b + mobility * balance.tension[tile, node - 1]
-        pull_after = four * b + mobility * balance.tension[tile, node + 1]
-        centre = pair(
-            a + u0 - u0_next + six * b + two * pull, three * (tau - tau_after) + balance.bishop_roll_rate[tile, node]
-        )
-        lower2 = pair(b, -tau_before2)
-        upper2 = pair(b, tau_after2)
-        if node == 1:  # the mirror image of z_(-1) is z_1
-            centre += lower2
-        if node == last - 1:
-            centre += upper2
-        balance.complex_lower2[tile, node] = lower2
-        balance.complex_lower[tile, node] = pair(u0 - pull_before, three * tau - tau_before2)
-        balance.complex_diagonal[tile, node] = centre
-        balance.complex_upper[tile, node] = pair(-u0_next - pull_after, tau_after2 - three * tau_after)
-        balance.complex_upper2[tile, node] = upper2
-
-
-@wp.func
-def solve_complex_bending(tile: int, balance: Balance):
-    """δk of rods in space that feel no contact, stored in place of the right-hand side."""
-    solve_block_pentadiagonal_rod(
-        tile,
-        balance.complex_lower2,
-        balance.complex_lower,
-        balance.complex_diagonal,
-        balance.complex_upper,
-        balance.complex_upper2,
-        balance.rhs_pairs,
-        balance.work_pairs,
-        balance.work_pairs2,
-        balance.rhs_pairs,
-    )
-
-
-@wp.func
-def turned(M: Block):
-    """i M as a matrix."""
-    return block(-M[2], -M[3], M[0], M[1])
-
-
-@wp.func
-def turned_twice(M: Block):
-    """−i M i as a matrix, which is M where drag across is isotropic."""
-    return block(M[3], -M[2], -M[1], M[0])
-
-
-@wp.func
-def identity(a: Lanes):
-    """a times the identity."""
-    return block(a, Lanes(), Lanes(), a)
-
-
-@wp.func
-def set_block_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance):
-    """Rows of a − J of rods in contact, whose drag across has a direction, in the stencil of the forces.
-
-    With S = τ(z_i + z_(i+1))/2 at half nodes and m = 1/ζ⊥, ∂²(i m(τz)') at node i is i (m_(i+1) S_(i+3/2) −
-    (m_(i+1) + 2m_i) S_(i+1/2) + (2m_i + m_(i−1)) S_(i−1/2) − m_(i−1) S_(i−3/2))/Δs³. Beyond an end S is minus its
-    mirror image, whose z are those of the first inner node and the end.
-    """
-    last = star.twist.shape[1] - 1
-    per_length = real(1.0) / rods.spacing
-    square = per_length * per_length
-    b = rods.bending_stiffness[tile] * square * square
-    c = real(-0.5) * rods.twist_stiffness[tile] * square * per_length
-    half = real(0.5) * per_length
-    two = real(2.0)
-    set_identity_rows(
-        tile,
-        last,
-        identity(Lanes(real(1.0))),
-        balance.block_lower2,
-        balance.block_lower,
-        balance.block_diagonal,
-        balance.block_upper,
-        balance.block_upper2,
-    )
-    m = balance.transverse_mobility[tile, 0]
-    m_after = balance.transverse_mobility[tile, 1]
-    tau = c * half_twist(tile, -1, last, star)
-    tau_after = c * half_twist(tile, 0, last, star)
-    tau_after2 = c * half_twist(tile, 1, last, star)
-    u0_next = half * balance.axial_velocity[tile, 0]
-    for node in range(1, last):
-        m_before = m
-        m = m_after
-        m_after = balance.transverse_mobility[tile, node + 1]
-        tau_before2 = tau
-        tau = tau_after
-        tau_after = tau_after2
-        tau_after2 = c * half_twist(tile, node + 1, last, star)
-        u0 = u0_next
-        u0_next = half * balance.axial_velocity[tile, node]
-        pull_before = square * balance.tension[tile, node - 1]
-        pull = square * balance.tension[tile, node]
-        pull_after = square * balance.tension[tile, node + 1]
-        lower2 = turned_twice(b * m_before) - turned(tau_before2 * m_before)
-        lower = turned((tau - tau_before2) * m_before + (two * tau) * m)
-        lower += identity(u0) - turned_twice((two * b + pull_before) * m_before + (two * b) * m)
-        centre = turned(tau * m_before + (two * (tau - tau_after)) * m - tau_after * m_after)
-        centre += turned_twice(b * (m_before + m_after) + (real(4.0) * b + two * pull) * m)
-        centre += identity(a + u0 - u0_next) + turned(identity(balance.bishop_roll_rate[tile, node]))
-        upper = turned((tau_after2 - tau_after) * m_after - (two * tau_after) * m)
-        upper -= identity(u0_next) + turned_twice((two * b + pull_after) * m_after + (two * b) * m)
-        upper2 = turned_twice(b * m_after) + turned(tau_after2 * m_after)
-        if node == 1:  # the mirror image of z_(-1) is z_1
-            centre += lower2
-        if node == last - 1:
-            centre += upper2
-        balance.block_lower2[tile, node] = lower2
-        balance.block_lower[tile, node] = lower
-        balance.block_diagonal[tile, node] = centre
-        balance.block_upper[tile, node] = upper
-        balance.block_upper2[tile, node] = upper2
-
-
-@wp.func
-def set_identity_rows(tile: int, last: int, one: Any, lower2: Any, lower: Any, diagonal: Any, upper: Any, upper2: Any):
-    """Rows of both ends, where z is zero: ``one``, of complex numbers or blocks, on the diagonal."""
-    for end in range(2):
-        node = end * last
-        lower2[tile, node] = none_like(one)
-        lower[tile, node] = none_like(one)
-        diagonal[tile, node] = one
-        upper[tile, node] = none_like(one)
-        upper2[tile, node] = none_like(one)
-
-
-@wp.func
-def is_planar(tile: int, rods: Swimmers, shape: Shape):
-    """1 for rods that have no twist and get none, and so are bent in one plane, 0 for others."""
+def is_untwisted(tile: int, rods: Swimmers, shape: Shape):
+    """1 for rods that have no twist, natural twist or moment, 0 for others."""
     most = magnitude(rods.moment[tile])
     for node in range(shape.twist.shape[1]):
         most = larger(most, magnitude(shape.twist[tile, node]))
+        most = larger(most, magnitude(rods.natural_twist[tile, node]))
     return where(most, Lanes(), Lanes(real(1.0)))
 
 
@@ -301,18 +95,84 @@ def feels_contact(tile: int, rods: Swimmers, balance: Balance):
 
 
 @wp.func
-def set_free_end_rows(tile: int, last: int, stiffness: Lanes, balance: Balance):
-    """End rows of the pentadiagonal system for ``k = k' = 0`` at both free ends; beyond them k is its mirror image."""
-    set_zero_end_rows(tile, last, balance)
-    balance.upper2[tile, 0] = Lanes()
-    balance.lower2[tile, last] = Lanes()
-    balance.diagonal[tile, 1] += stiffness
-    balance.diagonal[tile, last - 1] += stiffness
+def solve_equal(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance, rhs: Pairs):
+    """δk of rods whose matrix is the same for both components, stored in place of the right-hand side."""
+    set_rows(
+        tile,
+        rods,
+        star,
+        a,
+        balance,
+        balance.lower2,
+        balance.lower,
+        balance.diagonal,
+        balance.upper,
+        balance.upper2,
+    )
+    solve_in_place(tile, balance, rhs)
 
 
 @wp.func
-def solve_block_bending(tile: int, balance: Balance):
-    """δk of a rod in space, stored in place of the right-hand side."""
+def solve_coupled(tile: int, rods: Swimmers, star: Shape, a: Lanes, equal: Lanes, balance: Balance):
+    """δk of any rods; those where ``equal`` is not zero get what ``solve_equal`` finds."""
+    nodes = star.twist.shape[1]
+    if any_of(equal):
+        for node in range(nodes):
+            balance.rhs_equal[tile, node] = balance.rhs_pairs[tile, node]
+        solve_equal(tile, rods, star, a, balance, balance.rhs_equal)
+    if rods.touched == 1:
+        solve_in_blocks(tile, rods, star, a, balance)
+    else:
+        solve_complex(tile, rods, star, a, balance)
+    if any_of(equal):
+        for node in range(nodes):
+            balance.rhs_pairs[tile, node] = where(equal, balance.rhs_equal[tile, node], balance.rhs_pairs[tile, node])
+
+
+@wp.func
+def solve_complex(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance):
+    """δk of twisted rods that feel no contact, stored in place of the right-hand side."""
+    set_rows(
+        tile,
+        rods,
+        star,
+        a,
+        balance,
+        balance.complex_lower2,
+        balance.complex_lower,
+        balance.complex_diagonal,
+        balance.complex_upper,
+        balance.complex_upper2,
+    )
+    solve_block_pentadiagonal_rod(
+        tile,
+        balance.complex_lower2,
+        balance.complex_lower,
+        balance.complex_diagonal,
+        balance.complex_upper,
+        balance.complex_upper2,
+        balance.rhs_pairs,
+        balance.work_pairs,
+        balance.work_pairs2,
+        balance.rhs_pairs,
+    )
+
+
+@wp.func
+def solve_in_blocks(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Balance):
+    """δk of rods in contact, stored in place of the right-hand side."""
+    set_rows(
+        tile,
+        rods,
+        star,
+        a,
+        balance,
+        balance.block_lower2,
+        balance.block_lower,
+        balance.block_diagonal,
+        balance.block_upper,
+        balance.block_upper2,
+    )
     solve_block_pentadiagonal_rod(
         tile,
         balance.block_lower2,
@@ -325,3 +185,143 @@ def solve_block_bending(tile: int, balance: Balance):
         balance.work_block2,
         balance.rhs_pairs,
     )
+
+
+# --- Coefficients ---------------------------------------------------------------------------------------------------
+
+
+@wp.func
+def coefficient(across: Block, x: Lanes, y: Lanes, like: Lanes):
+    """−i M i (x + iy) of the mobility M ``across``, as a number: M is isotropic and y vanishes."""
+    return across[0] * x
+
+
+@wp.func
+def coefficient(across: Block, x: Lanes, y: Lanes, like: Pair):
+    """As a complex number: M is isotropic."""
+    return across[0] * pair(x, y)
+
+
+@wp.func
+def coefficient(across: Block, x: Lanes, y: Lanes, like: Block):
+    """As a matrix."""
+    return block(across[3], -across[2], -across[1], across[0]) * block(x, -y, y, x)
+
+
+@wp.func
+def plain(x: Lanes, y: Lanes, like: Lanes):
+    """x + iy as a number: y vanishes, or is left to the right-hand side."""
+    return x
+
+
+@wp.func
+def plain(x: Lanes, y: Lanes, like: Pair):
+    """As a complex number."""
+    return pair(x, y)
+
+
+@wp.func
+def plain(x: Lanes, y: Lanes, like: Block):
+    """As a matrix."""
+    return block(x, -y, y, x)
+
+
+@wp.func
+def velocity_terms(tile: int, node: int, rods: Swimmers, q_before: Lanes, q_after: Lanes, balance: Balance, like: Any):
+    """How z at the node before, at this one and at the next moves this one across: factors of −i u⊥.
+
+    u⊥ = i M ((b z)'' − i S' − λ z) with S = m0 z at half nodes; q: m0/2Δs of the half nodes beside this node. Beyond a
+    free end S is minus its mirror image, whose z is that of the first inner node, so that its factor is added to that
+    of this node.
+    """
+    last = balance.tension.shape[1] - 1
+    per_length = real(1.0) / rods.spacing
+    square = per_length * per_length
+    before, after = wp.abs(node - 1), last - wp.abs(last - node - 1)
+    M = balance.transverse_mobility[tile, node]
+    b = square * rods.bending_stiffness[tile, node]
+    lower = coefficient(M, square * rods.bending_stiffness[tile, before], q_before, like)
+    centre = coefficient(M, real(-2.0) * b - balance.tension[tile, node], q_before - q_after, like)
+    upper = coefficient(M, square * rods.bending_stiffness[tile, after], -q_after, like)
+    if node == 0:
+        upper += lower
+    if node == last:
+        lower += upper
+    return square * lower, square * centre, square * upper
+
+
+@wp.func
+def half_moment(tile: int, half: int, rods: Swimmers, star: Shape):
+    """m0/2Δs at a half node."""
+    total = twisting_moment(tile, half, rods, star.twist) + twisting_moment(tile, half + 1, rods, star.twist)
+    return (real(0.25) / rods.spacing) * total
+
+
+@wp.func
+def set_rows(
+    tile: int,
+    rods: Swimmers,
+    star: Shape,
+    a: Lanes,
+    balance: Balance,
+    lower2: Any,
+    lower: Any,
+    diagonal: Any,
+    upper: Any,
+    upper2: Any,
+):
+    """Rows of a − J; ``ω⊥' = (i u⊥' + u0 z)'`` with ω⊥ at half nodes."""
+    last = star.twist.shape[1] - 1
+    like = none_like(diagonal[tile, 0])
+    half = real(0.5) / rods.spacing
+    two = real(2.0)
+    none = Lanes()
+    q_before = half_moment(tile, 0, rods, star)
+    q = half_moment(tile, 1, rods, star)
+    lower_before, centre_before, upper_before = velocity_terms(tile, 0, rods, -q_before, q_before, balance, like)
+    lower_here, centre_here, upper_here = velocity_terms(tile, 1, rods, q_before, q, balance, like)
+    u0_next = half * balance.axial_velocity[tile, 0]
+    set_end_row(tile, 0, rods.first.kind, a, u0_next, balance, diagonal)
+    lower2[tile, 0] = none_like(like)
+    lower[tile, 0] = none_like(like)
+    upper[tile, 0] = none_like(like)
+    upper2[tile, 0] = none_like(like)
+    if rods.first.kind == CLAMPED:
+        diagonal[tile, 0] += two * lower_here
+        upper[tile, 0] = two * centre_here - plain(two * u0_next, none, like)
+        upper2[tile, 0] = two * upper_here
+    for node in range(1, last):
+        q_after = -q
+        if node < last - 1:
+            q_after = half_moment(tile, node + 1, rods, star)
+        lower_after, centre_after, upper_after = velocity_terms(tile, node + 1, rods, q, q_after, balance, like)
+        q = q_after
+        u0 = u0_next
+        u0_next = half * balance.axial_velocity[tile, node]
+        lower2[tile, node] = lower_before
+        lower[tile, node] = centre_before - two * lower_here + plain(u0, none, like)
+        centre = upper_before - two * centre_here + lower_after
+        diagonal[tile, node] = centre + plain(a + u0 - u0_next, balance.bishop_roll_rate[tile, node], like)
+        upper[tile, node] = centre_after - two * upper_here - plain(u0_next, none, like)
+        upper2[tile, node] = upper_after
+        lower_before, centre_before, upper_before = lower_here, centre_here, upper_here
+        lower_here, centre_here, upper_here = lower_after, centre_after, upper_after
+    set_end_row(tile, last, rods.last.kind, a, -u0_next, balance, diagonal)
+    lower2[tile, last] = none_like(like)
+    lower[tile, last] = none_like(like)
+    upper[tile, last] = none_like(like)
+    upper2[tile, last] = none_like(like)
+    if rods.last.kind == CLAMPED:
+        diagonal[tile, last] += two * upper_before
+        lower[tile, last] = two * centre_before + plain(two * u0_next, none, like)
+        lower2[tile, last] = two * lower_before
+
+
+@wp.func
+def set_end_row(tile: int, node: int, kind: int, a: Lanes, u0: Lanes, balance: Balance, diagonal: Any):
+    """The diagonal of an end but for velocities across: 1, or a, ``u0`` and ω0 where it is clamped."""
+    like = none_like(diagonal[tile, node])
+    diagonal[tile, node] = plain(Lanes(real(1.0)), Lanes(), like)
+    if kind == CLAMPED:
+        roll = balance.bishop_roll_rate[tile, node]
+        diagonal[tile, node] = plain(a - real(2.0) * u0, roll, like)

@@ -46,12 +46,13 @@ def predict(rods: Swimmers, now: Shape, past: Past, pace: Pace, clock: Scalars1D
 def predict_midpoint(
     pace: Pace, midpoint: Midpoint, trial: Trial, rotation: Matrices1D, position: Vectors1D, angle: Scalars1D
 ):
-    """The extrapolated middle frame, that of now for a frozen rod; ``dim = rods``."""
+    """The extrapolated frame of the tracked node, that of now for a frozen rod; ``dim = rods``."""
     rod = wp.tid()
     R, r, theta = foretold_midpoint(rod, midpoint, formula_of(times_of(pace, rod), trial.order[rod], trial.end[rod]))
     rotation[rod] = R
     position[rod] = r
     angle[rod] = theta
+    trial.angle[rod] = theta
 
 
 @wp.kernel
@@ -71,7 +72,7 @@ def try_step(
     tile = wp.tid()
     formulas = formulas_of(tile, pace, trial)
     find_slope(tile, formulas.slope, now, past, slope)
-    step_shape(tile, rods, star, slope, formulas.rate, balance)
+    step_shape(tile, rods, star, slope, formulas.rate, trial.angle, balance)
     find_midpoint_rates(tile, rods, star, balance, trial)
     find_statuses(tile, rods, star, trial)
     find_errors(tile, pace, trial, now, past, star)

@@ -71,12 +71,12 @@ def stiffness_blocks(tile: int, node: int, rotation: Matrices2D, stiffness: Matr
 
 
 @wp.func
-def node_drag(along: Lanes, across: Vector, ratio: Lanes, terms: Alternating):
-    """Drag along, drag across, and θ of a node; the own drag is 1 along and ``ratio`` across."""
+def node_drag(along: Lanes, across: Vector, own_along: Lanes, own_across: Lanes, terms: Alternating):
+    """Drag along, drag across, and θ of a node, from the stiffness of contact and the own drags of the rod."""
     one, two = Lanes(real(1.0)), real(2.0)
     kappa = principal(across)
-    share = share_foretold(larger(two * along, (kappa[0] + kappa[1]) / ratio), one, terms)
-    return drag_for(two * along, one, share, terms), drag_in_plane(across, ratio, share, terms), share
+    share = share_foretold(larger(two * along / own_along, (kappa[0] + kappa[1]) / own_across), one, terms)
+    return drag_for(two * along, own_along, share, terms), drag_in_plane(across, own_across, share, terms), share
 
 
 @wp.kernel
@@ -90,7 +90,7 @@ def add_contact_drag(rods: Swimmers, rotation: Matrices2D, pace: Pace, trial: Tr
     along_before, share_before = Lanes(), Lanes()
     for node in range(contact.velocity.shape[1]):
         K_along, K_across = stiffness_blocks(tile, node, rotation, contact.stiffness)
-        along, D, share = node_drag(K_along, K_across, rods.drag_ratio[tile], terms)
+        along, D, share = node_drag(K_along, K_across, rods.drag_along[tile, node], rods.drag_across[tile, node], terms)
         v = contact.velocity[tile, node] + (beyond * share) * contact.lag[tile, node]
         across = block(D[0], D[1], D[1], D[2])
         load.transverse_drag[tile, node] = across
@@ -136,10 +136,10 @@ def contact_errors(tile: int, rods: Swimmers, contact: Contact, balance: Balance
     for node in range(nodes):
         v = contact.foretold[tile, node]
         drag = balance.load.axial_drag[tile, node]
-        along = drag * (balance.axial_velocity[tile, node] - v[0]) / (real(1.0) + drag)
+        along = drag * (balance.axial_velocity[tile, node] - v[0]) / (rods.drag_along[tile, node] + drag)
         D = balance.load.transverse_drag[tile, node]
         across = D * (balance.transverse_velocity[tile, node] - pair(v[1], v[2]))
-        across = across / (rods.drag_ratio[tile] + D[0] + D[3])
+        across = across / (rods.drag_across[tile, node] + D[0] + D[3])
         total += sqrt(along * along + dot(across, across))
     return dt * total / real(nodes)
 

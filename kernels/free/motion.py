@@ -1,15 +1,17 @@
-"""Motion of the middle node of active rods (docs/model.md §2.6). Frames elsewhere follow from the strains.
+"""Motion of the tracked node of active rods (docs/model.md §2.6). Frames elsewhere follow from the strains.
 
-In steps of its own a rod advances its middle frame by Magnus steps of its rates (4.29), of the order of the strains.
-In equal steps the middle frame takes the backward formula of the strains: forces restore places, which depend on both,
+It is a held end, if there is one, otherwise the middle node.
+
+In steps of its own a rod advances this frame by Magnus steps of its rates (4.29), of the order of the strains.
+In equal steps it takes the backward formula of the strains: forces restore places, which depend on both,
 and stiff ones are stable only if both are advanced alike.
 """
 
 import warp as wp
 
-from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after
-from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers, Trial
-from warp_rods.kernels.lanes import WIDTH, add, mul, rods_in  # noqa: F401 (operators)
+from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after, roll_rate_at_end
+from warp_rods.kernels.free.state import CLAMPED, Balance, End, Midpoint, Shape, Swimmers, Trial
+from warp_rods.kernels.lanes import WIDTH, Pair, add, mul, pair, rods_in, sub, vector  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import orthonormalise, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import RATES, levels_of_rates, mean_over, rate_at, twist_over
@@ -19,19 +21,49 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def find_midpoint_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, trial: Trial):
-    """(ω, u) of the middle node in its Bishop frame, and ω0 of the material there."""
+def extrapolated(near: Pair, far: Pair):
+    """A field at an end from the half nodes beside it."""
+    return real(1.5) * near - real(0.5) * far
+
+
+@wp.func
+def rates_of_end(tile: int, end: End, near: int, far: int, side: real, rods: Swimmers, shape: Shape, balance: Balance):
+    """``tracked_rates`` of a held end, beside the half nodes ``near`` and ``far``."""
+    w = end.angular_velocity[tile]
+    omega = pair(w[1], w[2])
+    roll_rate = real(1.0) * w[0]
+    if end.kind != CLAMPED:
+        omega = extrapolated(balance.angular_velocity[tile, near], balance.angular_velocity[tile, far])
+        roll_rate = roll_rate_at_end(tile, near, side, rods, shape, balance)
+    return omega, real(1.0) * end.velocity[tile], roll_rate
+
+
+@wp.func
+def tracked_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance):
+    """(ω, u) of the Bishop frame of the tracked node, and ω0 of the material there."""
     half = real(0.5)
-    node = shape.twist.shape[1] // 2
+    node = rods.tracked
+    last = shape.twist.shape[1] - 1
+    if node == 0:
+        return rates_of_end(tile, rods.first, 0, 1, real(-1.0), rods, shape, balance)
+    if node == last:
+        return rates_of_end(tile, rods.last, last - 1, last - 2, real(1.0), rods, shape, balance)
     omega = half * (balance.angular_velocity[tile, node - 1] + balance.angular_velocity[tile, node])
-    u = balance.transverse_velocity[tile, node]
-    u0 = axial_velocity_at_node(tile, node, balance)
-    roll_rate = half * (roll_rate_after(tile, node - 1, rods, shape) + roll_rate_after(tile, node, rods, shape))
+    before = roll_rate_after(tile, node - 1, rods, shape, balance)
+    roll_rate = half * (before + roll_rate_after(tile, node, rods, shape, balance))
+    u = vector(axial_velocity_at_node(tile, node, balance), balance.transverse_velocity[tile, node])
+    return omega, u, roll_rate
+
+
+@wp.func
+def find_midpoint_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, trial: Trial):
+    """Rates of the tracked node at the end of the step that is tried."""
+    omega, u, roll_rate = tracked_rates(tile, rods, shape, balance)
     free = real(1 - rods.symmetric)  # (C.53), (C.54)
     for lane in range(rods_in(tile, trial.end.shape[0])):
         rod = tile * WIDTH + lane
         trial.angular_velocity[rod] = wp.vec3d(real(0.0), omega[0, lane], free * omega[1, lane])
-        trial.velocity[rod] = wp.vec3d(free * u0[lane], u[0, lane], free * u[1, lane])
+        trial.velocity[rod] = wp.vec3d(free * u[0, lane], u[1, lane], free * u[2, lane])
         trial.roll_rate[rod] = free * roll_rate[lane]
 
 
@@ -86,6 +118,16 @@ def carried_midpoint(
     R, r = se3_compose(R0, r0, Q, q)
     roll = mean_over(midpoint.roll_rate, rod, at, levels, start, end)
     return orthonormalise(R), r, angle + (end - start) * roll
+
+
+@wp.func
+def foretold_angle(rod: int, midpoint: Midpoint, pace: Pace, end: real):
+    """θ at the end of a step, from its rates at the levels before, as far as they are known."""
+    at = times_of(pace, rod)
+    levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
+    if levels < 1:
+        return midpoint.angle[rod]
+    return midpoint.angle[rod] + (end - at[0]) * mean_over(midpoint.roll_rate, rod, at, levels, at[0], end)
 
 
 # --- The backward formula -----------------------------------------------------------------------------------------

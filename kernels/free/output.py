@@ -6,8 +6,19 @@ A step without external forces needs none of it, so it is computed when it is re
 import warp as wp
 
 from warp_rods.kernels.cells import advance_cell
-from warp_rods.kernels.free.rod import activity_terms, bending_rate, roll_rate_after, solve_balance
+from warp_rods.kernels.free.end_power import end_power
+from warp_rods.kernels.free.natural import find_rest
+from warp_rods.kernels.free.rod import (
+    activity_terms,
+    bending_moment,
+    bending_rate,
+    roll_rate_after,
+    solve_balance,
+    twist_rate,
+    twisting_moment,
+)
 from warp_rods.kernels.free.state import Balance, Midpoint, Shape, Swimmers
+from warp_rods.kernels.free.twist import has_twist_rate
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     WIDTH,
     Lanes,
@@ -47,16 +58,19 @@ class Output:
 
 @wp.func
 def find_rates(tile: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
-    """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` of the equations discretised in s, from a solved balance."""
+    """``∂k/∂t, ∂τ/∂t, ∂f/∂t`` discretised in s; those of strains are 0 at ends that are not clamped."""
     last = shape.twist.shape[1] - 1
+    before = Lanes()
     for node in range(last + 1):
         rate, _sink = activity_terms(tile, node, rods, shape, balance)
         output.activity_rate[tile, node] = rate / rods.relaxation[tile]
-    for node in range(1, last):
-        source = real(0.5) * (balance.twist_source[tile, node - 1] + balance.twist_source[tile, node])
-        slope = (roll_rate_after(tile, node, rods, shape) - roll_rate_after(tile, node - 1, rods, shape)) / rods.spacing
-        output.twist_rate[tile, node] = slope + source
-        output.bending_rate[tile, node] = bending_rate(tile, node, rods, shape.bending[tile, node], balance)
+        after = Lanes()
+        if node < last:
+            after = roll_rate_after(tile, node, rods, shape, balance)
+        if has_twist_rate(node, last, rods):
+            output.twist_rate[tile, node] = twist_rate(tile, node, rods, before, after, balance)
+            output.bending_rate[tile, node] = bending_rate(tile, node, rods, shape.bending[tile, node], balance)
+        before = after
 
 
 @wp.func
@@ -66,32 +80,37 @@ def find_energies(tile: int, rods: Swimmers, shape: Shape, balance: Balance, out
     energy, dissipation, power = Lanes(), Lanes(), Lanes()
     last = shape.twist.shape[1] - 1
     for node in range(last + 1):
-        k = shape.bending[tile, node]
-        tau = shape.twist[tile, node]
+        m = bending_moment(tile, node, rods, shape.bending, balance)
+        m0 = twisting_moment(tile, node, rods, shape.twist)
         u = balance.transverse_velocity[tile, node]
         weight = real(1.0)
         if node == 0 or node == last:
             weight = half
-        density = half * (rods.bending_stiffness[tile] * dot(k, k) + rods.twist_stiffness[tile] * tau * tau)
+        bent = dot(m, shape.bending[tile, node] - balance.rest[tile, node])
+        density = half * (bent + m0 * (shape.twist[tile, node] - rods.natural_twist[tile, node]))
         output.energy_density[tile, node] = density
-        energy += density
-        dissipation += weight * rods.drag_ratio[tile] * dot(u, u)
+        energy += weight * density
+        dissipation += weight * rods.drag_across[tile, node] * dot(u, u)
         power += weight * dot(balance.load.transverse_force[tile, node], u)
     for node in range(last):
         u0 = balance.axial_velocity[tile, node]
-        roll_rate = roll_rate_after(tile, node, rods, shape)
+        roll_rate = roll_rate_after(tile, node, rods, shape, balance)
         f = half * (shape.activity[tile, node] + shape.activity[tile, node + 1])
-        dissipation += u0 * u0 + rods.rotational_drag[tile] * roll_rate * roll_rate
-        power += (f + balance.load.axial_force[tile, node]) * u0 + rods.moment[tile] * f * roll_rate
+        dissipation += rods.drag_along[tile, node] * u0 * u0 + rods.rotational_drag[tile, node] * roll_rate * roll_rate
+        power += (f + balance.load.axial_force[tile, node]) * u0
+        power += (rods.moment[tile] * f + balance.load.axial_couple[tile, node]) * roll_rate
+        power += dot(balance.load.transverse_couple[tile, node], balance.angular_velocity[tile, node])
     output.energy[tile] = rods.spacing * energy
     output.dissipation[tile] = rods.spacing * dissipation
-    output.power[tile] = rods.spacing * power
+    output.power[tile] = rods.spacing * power + end_power(tile, rods, shape, balance)
 
 
 @wp.kernel
-def find_output(rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+def find_output(rods: Swimmers, shape: Shape, angle: Scalars1D, balance: Balance, output: Output):
     """Solve the balance of the present shape under ``balance.load``, then find ``output``; ``dim = tiles``."""
     tile = wp.tid()
+    if rods.bent == 1:
+        find_rest(tile, rods, shape, angle, balance)
     solve_balance(tile, rods, shape, balance)
     find_rates(tile, rods, shape, balance, output)
     find_energies(tile, rods, shape, balance, output)
@@ -104,11 +123,11 @@ def mean_strain(tile: int, node: int, shape: Shape):
 
 
 @wp.kernel
-def lay_out(shape: Shape, spacing: Scalars1D, middle: Midpoint, rotation: Matrices2D, position: Vectors2D):
-    """Frames of all nodes from those of the middle outwards (2.48), (D.77); ``dim = tiles``."""
+def lay_out(rods: Swimmers, shape: Shape, middle: Midpoint, rotation: Matrices2D, position: Vectors2D):
+    """Frames of all nodes from those of the tracked one outwards (2.48), (D.77); ``dim = tiles``."""
     tile = wp.tid()
-    node = shape.twist.shape[1] // 2
-    ds = Lanes(spacing[0])
+    node = rods.tracked
+    ds = Lanes(rods.spacing)
     for lane in range(rods_in(tile, rotation.shape[0])):
         rod = tile * WIDTH + lane
         rotation[rod, node] = middle.rotation[rod]
@@ -129,15 +148,14 @@ def lay_out(shape: Shape, spacing: Scalars1D, middle: Midpoint, rotation: Matric
 
 
 @wp.func
-def angle_from_midpoint(rod: int, node: int, ds: real, twist: Lanes2D):
-    """``∫ τ ds`` from the middle node to ``node``, by the trapezoid rule."""
-    middle = twist.shape[1] // 2
-    total = real(0.5) * (number_of(twist, rod, middle) + number_of(twist, rod, node))
-    for between in range(wp.min(node, middle) + 1, wp.max(node, middle)):
+def angle_from(rod: int, start: int, node: int, ds: real, twist: Lanes2D):
+    """``∫ τ ds`` from the node ``start`` to ``node``, by the trapezoid rule."""
+    total = real(0.5) * (number_of(twist, rod, start) + number_of(twist, rod, node))
+    for between in range(wp.min(node, start) + 1, wp.max(node, start)):
         total += number_of(twist, rod, between)
-    if node == middle:
+    if node == start:
         return real(0.0)
-    return total * wp.where(node < middle, -ds, ds)
+    return total * wp.where(node < start, -ds, ds)
 
 
 @wp.kernel
@@ -151,7 +169,7 @@ def find_material_frame(
 ):
     """Strains and directors of the material frame, the Bishop frame turned by ``θ + ∫τ``; ``dim = (rods, nodes)``."""
     rod, node = wp.tid()
-    angle = midpoint.angle[rod] + angle_from_midpoint(rod, node, rods.spacing, shape.twist)
+    angle = midpoint.angle[rod] + angle_from(rod, rods.tracked, node, rods.spacing, shape.twist)
     c = wp.cos(angle)
     s = wp.sin(angle)
     k = pair_of(shape.bending, rod, node)

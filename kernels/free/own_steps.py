@@ -3,7 +3,13 @@
 import warp as wp
 
 from warp_rods.kernels.free.formulas import formulas_of
-from warp_rods.kernels.free.motion import carried_midpoint, carry_midpoint, find_midpoint_rates, push_rates
+from warp_rods.kernels.free.motion import (
+    carried_midpoint,
+    carry_midpoint,
+    find_midpoint_rates,
+    foretold_angle,
+    push_rates,
+)
 from warp_rods.kernels.free.outcome import errors_of_order, find_errors, find_statuses, store_shape
 from warp_rods.kernels.free.state import Balance, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
@@ -31,7 +37,7 @@ OF_INVALID = wp.constant(real(1.0e6))
 
 
 @wp.func
-def plan_steps(tile: int, rods: Swimmers, pace: Pace, target: real, trial: Trial):
+def plan_steps(tile: int, rods: Swimmers, pace: Pace, midpoint: Midpoint, target: real, trial: Trial):
     """Ends and orders of the next steps; 1 for rods that take one, 0 for those that are frozen or have arrived."""
     going = Lanes()
     for lane in range(rods_in(tile, trial.end.shape[0])):
@@ -43,6 +49,8 @@ def plan_steps(tile: int, rods: Swimmers, pace: Pace, target: real, trial: Trial
             trial.order[rod] = pace.order[rod]
             trial.end[rod] = start + pace.step[rod]
             going[lane] = real(1.0)
+        if rods.bent == 1:
+            trial.angle[rod] = foretold_angle(rod, midpoint, pace, trial.end[rod])
     return going
 
 
@@ -134,12 +142,12 @@ def advance_past(
     ``target[1]`` is the error allowed in a step; ``dim = tiles``.
     """
     tile = wp.tid()
-    going = plan_steps(tile, rods, pace, target[0], trial)
+    going = plan_steps(tile, rods, pace, midpoint, target[0], trial)
     while any_of(going):
         formulas = formulas_of(tile, pace, trial)
         find_value(tile, formulas.value, now, past, star)
         find_slope(tile, formulas.slope, now, past, slope)
-        step_shape(tile, rods, star, slope, formulas.rate, balance)
+        step_shape(tile, rods, star, slope, formulas.rate, trial.angle, balance)
         find_midpoint_rates(tile, rods, star, balance, trial)
         find_statuses(tile, rods, star, trial)
         find_errors(tile, pace, trial, now, past, star)
@@ -157,7 +165,7 @@ def advance_past(
                 else:
                     reject_step(rod, rods, pace, target[2], error, trial, failed_at)
         store_shape(tile, accepted, star, now, past)
-        going = plan_steps(tile, rods, pace, target[0], trial)
+        going = plan_steps(tile, rods, pace, midpoint, target[0], trial)
 
 
 @wp.kernel

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warp_rods.kernels.lanes import Block, Blocks, Lanes1D, Lanes2D, Pairs, Vectors
+from warp_rods.kernels.lanes import Block, Blocks, Lanes1D, Lanes2D, Pairs, Vector, Vectors
 from warp_rods.kernels.layout import (
     Integers1D,
     Matrices1D,
@@ -14,22 +14,46 @@ from warp_rods.kernels.layout import (
     real,
 )
 
+FREE, HINGED, CLAMPED = wp.constant(0), wp.constant(1), wp.constant(2)
+"""Kinds of ends: nothing holds it; it is held at a place; its frame is held, too."""
+
+
+@wp.struct
+class End:
+    """What holds or loads an end of rods, in their Bishop frames there [tile]."""
+
+    kind: int
+    velocity: wp.array(dtype=Vector)  # u of a held end
+    angular_velocity: wp.array(dtype=Vector)  # ω of a clamped end; its first component is ω0 of the material
+    force: wp.array(dtype=Vector)  # on a free end
+    couple: wp.array(dtype=Vector)  # on an end that is not clamped
+
 
 @wp.struct
 class Swimmers:
-    """Parameters of an ensemble [tile], dimensionless as in docs/model.md §1.2, and the status of its rods [rod]."""
+    """Parameters of an ensemble, dimensionless as in docs/model.md §1.2, and the status of its rods [rod].
 
-    bending_stiffness: Lanes1D  # β⊥
-    twist_stiffness: Lanes1D  # β∥
+    Those along the rod are fields [tile, node]; a number for each rod is stored once (``layout.py``).
+    """
+
+    bending_stiffness: Lanes2D  # b = β⊥
+    twist_stiffness: Lanes2D  # c = β∥
+    natural_bending: Pairs  # k0 of the material frame
+    natural_twist: Lanes2D  # τ0
+    drag_along: Lanes2D  # ζ∥, half nodes
+    drag_across: Lanes2D  # ζ⊥
+    rotational_drag: Lanes2D  # ζr, half nodes
     moment: Lanes1D  # M
-    drag_ratio: Lanes1D  # η
-    rotational_drag: Lanes1D  # ηr
     relaxation: Lanes1D  # τf
     diffusion: Lanes1D  # D
     law: int  # law of the flagella: a number of ``flagella.py``
     law_parameters: wp.array(dtype=Block)  # four parameters of that law
     status: Integers1D  # OK, or why the rod was frozen
     spacing: real  # Δs
+    first: End
+    last: End
+    tracked: int  # the node whose frame is integrated in time
+    bent: int  # 1: natural bending may not vanish
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
     forced: int  # 1: external forces or contact act on the rods
     touched: int  # 1: contact may
@@ -62,6 +86,8 @@ class Load:
     transverse_force: Pairs
     axial_drag: Lanes2D  # half nodes
     transverse_drag: Blocks  # symmetric
+    axial_couple: Lanes2D  # µ0, half nodes
+    transverse_couple: Pairs  # µ⊥, half nodes
 
 
 @wp.struct
@@ -69,8 +95,10 @@ class Balance:
     """Tension and velocities that balance forces and moments [tile, node], and workspace of the linear systems."""
 
     load: Load  # given
+    rest: Pairs  # k0 exp(iϑ), the natural bending in the Bishop frame
     axial_mobility: Lanes2D  # 1 over the drag along, half nodes
     transverse_mobility: Blocks  # inverse of the drag across
+    moment_slope: Pairs  # m⊥' + µ⊥, half nodes
     axial_source: Lanes2D  # u0 without the tension, half nodes
     transverse_source: Pairs  # u⊥ without the tension
     tension: Lanes2D  # λ
@@ -106,7 +134,7 @@ class Balance:
 
 @wp.struct
 class Midpoint:
-    """The Bishop frame of the middle node, the angle θ of the material frame in it, and their rates [rod]."""
+    """The Bishop frame of the tracked node, the angle θ of the material frame in it, and their rates [rod]."""
 
     rotation: Matrices1D
     position: Vectors1D
@@ -134,9 +162,10 @@ class Contact:
 
 @wp.struct
 class Trial:
-    """A step that is tried [rod]: its formula, its result, and the rates of the middle node at its end."""
+    """A step that is tried [rod]: its formula, its result, and the rates of the tracked node at its end."""
 
     end: Scalars1D
+    angle: Scalars1D  # θ at the end, extrapolated
     order: Integers1D
     status: Integers1D
     error: Scalars1D

@@ -11,11 +11,12 @@ import warp as wp
 from warp_rods.kernels.banded import solve_tridiagonal_rod
 from warp_rods.kernels.free.bending import step_bending
 from warp_rods.kernels.free.levels import differences, levels_in
+from warp_rods.kernels.free.natural import find_rest
 from warp_rods.kernels.free.rod import activity_terms, solve_balance
 from warp_rods.kernels.free.state import Balance, Past, Shape, Swimmers
 from warp_rods.kernels.free.twist import step_twist
 from warp_rods.kernels.lanes import Lanes, add, div, mul, pair, sub  # noqa: F401 (operators)
-from warp_rods.kernels.layout import real
+from warp_rods.kernels.layout import Scalars1D, real
 from warp_rods.kernels.multistep import Weights
 
 wp.set_module_options({"enable_backward": False})
@@ -94,8 +95,10 @@ def symmetrise(tile: int, shape: Shape):
 
 
 @wp.func
-def step_shape(tile: int, rods: Swimmers, star: Shape, slope: Shape, a: Lanes, balance: Balance):
-    """Advance the extrapolated shape ``star`` to the shape at the end of the step."""
+def step_shape(tile: int, rods: Swimmers, star: Shape, slope: Shape, a: Lanes, angle: Scalars1D, balance: Balance):
+    """Advance the extrapolated shape ``star``, with the ``angle`` θ there, to the shape at the end of the step."""
+    if rods.bent == 1:
+        find_rest(tile, rods, star, angle, balance)
     solve_balance(tile, rods, star, balance)
     step_bending(tile, rods, star, slope, a, balance)
     step_activity(tile, rods, star, slope, a, balance)

@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels.free.holding import Hold
 from warp_rods.kernels.free.output import Output
-from warp_rods.kernels.free.state import Balance, Contact, Load, Midpoint, Past, Shape, Swimmers, Trial
+from warp_rods.kernels.free.state import Balance, Contact, End, Load, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
-from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
+from warp_rods.kernels.layout import along_rods, constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import Pace
+from warp_rods.rods.free import ends
+from warp_rods.rods.free.along import at_half_nodes, product
+from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_array, slice_struct
 from warp_rods.rods.tiles import tiled, tiles_of
@@ -28,29 +32,32 @@ PARAMETERS = {
     "relaxation": "relaxation",
     "diffusion": "diffusion",
 }
-"""Names of the parameters in a scene → those in the kernels."""
+"""Names of the parameters of uniform swimmers in a scene → those in the theory."""
+OF_RODS = ("moment", "relaxation", "diffusion")
+"""Parameters that are one number for each rod."""
 SHAPE = ("bending", "twist", "activity")
 PAST = ("first", "second", "third", "fourth")
 BANDS = ("lower2", "lower", "diagonal", "upper", "upper2")
 COMPLEX = tuple(f"complex_{band}" for band in BANDS)
 IN_BLOCKS = tuple(f"block_{band}" for band in BANDS)
 BALANCE = (
-    *("axial_mobility", "transverse_mobility", "axial_source", "transverse_source", "tension"),
+    *("axial_mobility", "transverse_mobility", "moment_slope", "axial_source", "transverse_source", "tension"),
     *("axial_velocity", "transverse_velocity", "angular_velocity", "twist_source", "bishop_roll_rate"),
     *(*BANDS, *COMPLEX, *IN_BLOCKS, "rhs", "rhs_pairs", "rhs_equal"),
     *("work", "work_pairs", "work_pairs2", "work_block", "work_block2"),
 )
 SHOWN = ("tension", "axial_velocity", "transverse_velocity", "angular_velocity")
 """Fields of ``Balance`` that are read; all others are workspace."""
-LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag")
+LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag", "axial_couple", "transverse_couple")
 CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
-    **dict.fromkeys(("end", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("end", "angle", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
     **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
 }
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "bending_rate", "transverse_force"),
+    *("rest", "natural_bending", "transverse_couple", "moment_slope"),
     *(*COMPLEX, "rhs_pairs", "rhs_equal", "work_pairs", "work_pairs2"),
 }
 """Fields with two components across the rod."""
@@ -83,6 +90,7 @@ class Arrays:
     orientation: wp.array
     spacing: wp.array
     force: wp.array | None = None  # external force in space; None until one is used
+    hold: Any = None  # Hold: ends held in space; None without them
 
     @property
     def stiffness(self) -> wp.array | None:
@@ -103,8 +111,13 @@ def allocate(
     shape = (count, nodes)
     fields = (tiles_of(count), nodes)
     rods = Swimmers()
-    for name, field in PARAMETERS.items():
-        setattr(rods, field, tiled(parameters[name], device=device))
+    for name in OF_RODS:
+        setattr(rods, name, tiled(parameters[name], device=device))
+    set_along(rods, parameters, nodes, device)
+    rods.natural_bending = constant_zero(*fields, Pair, device)
+    rods.natural_twist = constant_zero(*fields, Lanes, device)
+    rods.first, rods.last = free_end(fields[0], device), free_end(fields[0], device)
+    rods.tracked = nodes // 2
     rods.law = law
     rods.law_parameters = tiled(law_parameters, Block, device)
     rods.status = per_rod(count, wp.int32, device)
@@ -132,6 +145,60 @@ def allocate(
         orientation=per_node(*shape, wp.quatd, device),
         spacing=wp.full(count, 1.0 / (nodes - 1), dtype=wp.float64, device=device),
     )
+
+
+def set_along(rods: Any, parameters: Mapping[str, np.ndarray], nodes: int, device: Any) -> None:
+    """Set stiffnesses and drags from ``parameters`` {name: [rod] or [rod, node]}."""
+
+    def field(values: np.ndarray) -> wp.array:
+        made = tiled(values, device=device)
+        return made if values.ndim == 2 else along_rods(made, nodes)
+
+    rods.bending_stiffness, rods.twist_stiffness = field(parameters["bend"]), field(parameters["twist"])
+    rods.drag_along = field(at_half_nodes(parameters["drag_along"]))
+    rods.drag_across = field(product(parameters["drag_along"], parameters["drag_ratio"]))
+    rods.rotational_drag = field(at_half_nodes(parameters["rotational_drag"]))
+
+
+def free_end(tiles: int, device: Any) -> Any:
+    """An end that nothing holds or loads."""
+    end = End()
+    for name in ("velocity", "angular_velocity", "force", "couple"):
+        setattr(end, name, wp.zeros(tiles, dtype=Vector, device=device))
+    return end
+
+
+def allocate_hold(arrays: Arrays) -> None:
+    """Arrays of zeros for what holds ends in space; those for external forces must be there."""
+    rods, device = arrays.position.shape[0], arrays.position.device
+    arrays.hold = Hold()
+    for name in Hold.vars:
+        dtype = wp.mat33d if name == "rotation" else wp.vec3d
+        setattr(arrays.hold, name, wp.zeros((rods, 2), dtype=dtype, device=device))
+
+
+def set_ends(arrays: Arrays, first: ends.End, last: ends.End) -> None:
+    """What holds and loads the ends."""
+    for name, end in (("first", first), ("last", last)):
+        made = getattr(arrays.rods, name)
+        made.kind = ends.KINDS[end.kind]
+        none = np.zeros_like(end.thrust)
+        made.force.assign(tiled(np.stack([end.thrust, none, none], axis=1), Vector).numpy())
+        made.couple.assign(tiled(np.stack([end.torque, none, none], axis=1), Vector).numpy())
+        made.angular_velocity.assign(tiled(np.stack([end.turning, none, none], axis=1), Vector).numpy())
+        setattr(arrays.rods, name, made)
+    arrays.rods.tracked = ends.tracked_node(first, last, arrays.position.shape[1])
+
+
+def allocate_natural(arrays: Arrays, natural: Natural) -> None:
+    """Natural strains of the material frame."""
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.rods.natural_bending = tiled(natural.bending, Pair, device)
+    arrays.rods.natural_twist = tiled(natural.twist, Lanes, device)
+    arrays.rods.bent = int(natural.varies or natural.bending.any())
+    if arrays.rods.bent:
+        for balance in (arrays.step_balance, arrays.balance):
+            balance.rest = workspace(tiles_of(rods), nodes, Pair, device)
 
 
 def allocate_force(arrays: Arrays) -> None:
@@ -172,7 +239,9 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         trial=slice_struct(Trial, a.trial, rods),
         star=slice_struct(Shape, a.star, rods),
         slope=_shape(workspace, tiles, nodes, device),
-        step_balance=_balance(tiles, nodes, slice_struct(Load, a.step_balance.load, rods), device),
+        step_balance=_balance(
+            tiles, nodes, slice_struct(Load, a.step_balance.load, rods), device, bent=a.rods.bent == 1
+        ),
         balance=slice_struct(Balance, a.balance, rods),
         output=slice_struct(Output, a.output, rods),
         position=a.position[rods],
@@ -181,6 +250,7 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         orientation=a.orientation[rods],
         spacing=a.spacing[rods],
         force=slice_array(a.force, rods),
+        hold=None if a.hold is None else slice_struct(Hold, a.hold, rods),
     )
 
 
@@ -215,9 +285,12 @@ def _trial(rods: int, device: Any) -> Any:
     return trial
 
 
-def _balance(tiles: int, nodes: int, load: Any, device: Any, shown: Collection[str] = ()) -> Any:
+def _balance(tiles: int, nodes: int, load: Any, device: Any, shown: Collection[str] = (), bent: bool = False) -> Any:
     balance = Balance()
     balance.load = load
+    balance.rest = constant_zero(tiles, nodes, Pair, device)
+    if bent:
+        balance.rest = workspace(tiles, nodes, Pair, device)
     for name in BALANCE:
         make = per_node if name in shown else workspace
         setattr(balance, name, make(tiles, nodes, _dtype(name), device))

@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
+from warp_rods.rods.free.along import Along
 from warp_rods.rods.per_rod import parameter
 
 FEWEST_NODES = 17
@@ -31,6 +32,11 @@ def check_nodes(count: Any, nodes: Any) -> tuple[int, int]:
 def parameters_of(given: Mapping[str, Any], count: int, prefix: str = "") -> dict[str, np.ndarray]:
     """Each parameter [rod]; raises SceneError naming a parameter, after ``prefix``, with an impossible value."""
     return {name: parameter(prefix + name, value, count, RULES.get(name, "positive")) for name, value in given.items()}
+
+
+def along_rods(given: Mapping[str, Any], count: int, nodes: int) -> dict[str, np.ndarray]:
+    """Each parameter [rod], or [rod, node] where it changes along the rods; raises SceneError."""
+    return {name: Along(name, value, count, nodes, "positive").values for name, value in given.items()}
 
 
 def points(position: Any, count: int) -> np.ndarray:

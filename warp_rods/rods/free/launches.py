@@ -8,11 +8,11 @@ from typing import Any
 import warp as wp
 
 from warp_rods.device import exclusive
-from warp_rods.kernels.free import equal_steps, load, output, own_steps
+from warp_rods.kernels.free import equal_steps, holding, load, output, own_steps
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, slice_arrays
+from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, allocate_hold, slice_arrays
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
 
@@ -39,6 +39,11 @@ class FreeLaunches:
         self._field = field
         self._record()
         self.find_frames()
+
+    def enable_hold(self) -> None:
+        """Allocate what holds ends in space; external forces must be enabled."""
+        allocate_hold(self.arrays)
+        self._record()
 
     def enable_contact(self) -> None:
         """Allocate the stiffness of contact; external forces must be enabled."""
@@ -96,16 +101,24 @@ class FreeLaunches:
     # --- a step -----------------------------------------------------------------------------------------------------
 
     def _launch_predict(self, a: Arrays) -> None:
+        if a.hold is not None:
+            self._launch(output.lay_out, _tiles(a), a.rods, a.now, a.midpoint, a.rotation, a.position)
+            present = (a.rods, a.now, a.midpoint, a.rotation, a.position, a.hold)
+            self._launch(holding.find_drift, (a.position.shape[0], 2), *present)
         self._launch(equal_steps.predict, _tiles(a), a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
-        if a.force is None:
+        if a.force is None and not a.rods.bent:
             return
         self._launch(equal_steps.predict_midpoint, a.position.shape[0], a.pace, a.midpoint, a.trial, *_frame(a))
-        self._launch_lay_out(a, a.star)
-        self._launch_field(a, self.clock.array)
+        if a.force is not None:
+            self._launch_lay_out(a, a.star)
+            self._launch_field(a, self.clock.array)
 
     def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.step_balance.load)
+        if a.hold is not None:
+            held = (a.rods, a.star, a.trial.angle, a.pace, self.clock.array, a.rotation, a.hold)
+            self._launch(holding.set_ends, _tiles(a), *held)
         if a.contact.present:
             contact = (a.rods, a.rotation, a.pace, a.trial, a.contact, a.step_balance.load)
             self._launch(load.add_contact_drag, _tiles(a), *contact)
@@ -143,7 +156,7 @@ class FreeLaunches:
 
     def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
         """Frames at all nodes from those of the middle."""
-        self._launch(output.lay_out, _tiles(a), shape, a.spacing, a.shown_midpoint, a.rotation, a.position)
+        self._launch(output.lay_out, _tiles(a), a.rods, shape, a.shown_midpoint, a.rotation, a.position)
 
     def _launch_output(self) -> None:
         a = self.arrays
@@ -152,7 +165,10 @@ class FreeLaunches:
         else:
             self._launch_present_force(a)
             self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.balance.load)
-        self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.balance, a.output)
+        if a.hold is not None:
+            held = (a.rods, a.shown, a.shown_midpoint.angle, a.pace, self.clock.array, a.rotation, a.hold)
+            self._launch(holding.set_ends, _tiles(a), *held)
+        self._launch(output.find_output, _tiles(a), a.rods, a.shown, a.shown_midpoint.angle, a.balance, a.output)
 
     def _launch_material_frame(self) -> None:
         a = self.arrays

@@ -14,12 +14,24 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.free.arrays import PAST, SHAPE, allocate
-from warp_rods.rods.free.checks import check_nodes, check_symmetry, frames, parameters_of, points, symmetric_starts
+from warp_rods.rods.free.along import product
+from warp_rods.rods.free.arrays import PAST, SHAPE, allocate, allocate_natural, set_ends
+from warp_rods.rods.free.checks import (
+    along_rods,
+    check_nodes,
+    check_symmetry,
+    frames,
+    parameters_of,
+    points,
+    symmetric_starts,
+)
+from warp_rods.rods.free.ends import End, ends_of, needs_places
 from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.holding import Holding, places_of_ends
 from warp_rods.rods.free.launches import FreeLaunches
+from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.free.readings import FreeReadings
-from warp_rods.rods.free.shapes import from_midpoint, initial_strain
+from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
@@ -74,7 +86,11 @@ class FreeRods(FreeReadings, Ensemble):
     twist_stiffness = Parameter("Twist stiffness β∥ [rod], as trajectories name it.", of="twist")
     moment = Parameter("Active moment M [rod].")
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
+    drag_along = Parameter("Drag along ζ∥ [rod], in units of that by which quantities are made dimensionless.")
     rotational_drag = Parameter("Rotational drag ηr [rod].")
+    natural_bend = Fixed[np.ndarray]("Natural bending strains [rod, node, 2] at the present time.")
+    natural_twist = Fixed[np.ndarray]("Natural twist [rod, node].")
+    ends = Fixed[tuple[End, End]]("What holds or loads the first and the last end.")
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
     diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
     flagella = Fixed[Flagella]("The flagella: profile at the start, activity law and its parameters.")
@@ -89,7 +105,11 @@ class FreeRods(FreeReadings, Ensemble):
         twist: Any,
         moment: Any = 0.0,
         drag_ratio: Any = 2.0,
+        drag_along: Any = 1.0,
         rotational_drag: Any = 3e-3,
+        natural_bend: Any = 0.0,
+        natural_twist: Any = 0.0,
+        ends: Any = None,
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
         shape: Any = None,
         symmetric: bool = False,
@@ -100,22 +120,43 @@ class FreeRods(FreeReadings, Ensemble):
     ):
         count, nodes = check_nodes(count, nodes)
         read, symmetric = Flagella.read(flagella), arguments.truth("symmetric", symmetric)
-        given = {"bend": bend, "twist": twist, "moment": moment, "drag_ratio": drag_ratio}
-        given |= {"rotational_drag": rotational_drag}
-        parameters = parameters_of(given, count)
+        given = {"bend": bend, "twist": twist, "drag_ratio": drag_ratio, "drag_along": drag_along}
+        parameters = along_rods(given | {"rotational_drag": rotational_drag}, count, nodes)
+        parameters |= parameters_of({"moment": moment}, count)
         own = {"relaxation": read.relaxation, "diffusion": read.effective_diffusion}
         parameters |= parameters_of(own, count, "flagella.")
         if external is not None and not isinstance(external, wp.Function):
             arguments.function("external", external, 3, "a function (t, position, rotation), a wp.func, or None")
-        super().__init__(count, nodes, parameters, device, flagella=read, symmetric=symmetric)
+        held = ends_of(ends, count)
+        if symmetric and not (held[0].plain and held[1].plain):
+            raise SceneError("symmetric = true: the ends must be free and without loads")
+        natural = Natural(natural_bend, natural_twist, count, nodes)
+        fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
+        fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
+        super().__init__(count, nodes, parameters, device, **fixed)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
+            self._natural = natural
+            if natural.any:
+                allocate_natural(self._arrays, natural)
+            set_ends(self._arrays, *held)
             self._place(shape, points(position, count), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
+            self._holding: Holding | None = None
+            if needs_places(*held):
+                self._hold(held)
             self._external: Callable | None = None
             if external is not None:
                 self._use(external)
+
+    def _hold(self, ends: tuple[End, End]) -> None:
+        """Hold ends at the places and directions that they have now, or load them in space."""
+        self._enable_forces()
+        self._launches.enable_hold()
+        twist, a = Tiled(self._arrays.now.twist, self.count).numpy(), self._arrays
+        angles = from_node(twist, a.rods.tracked)[:, [0, -1]]
+        self._holding = Holding(ends, a, *places_of_ends(a, angles))
 
     def _use(self, external: Callable) -> None:
         """Let a function give the external force."""
@@ -126,8 +167,11 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
-        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella)
-        bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * from_midpoint(strain[..., 0]))
+        clamped = (self.ends[0].kind == "clamped", self.ends[1].kind == "clamped")
+        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella, clamped)
+        self._set_end_strains(strain)
+        turn = from_node(strain[..., 0], self._arrays.rods.tracked)
+        bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * turn)
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
         self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity)
         """Whether each rod starts with the symmetry (C.49) up to round-off [rod]."""
@@ -143,7 +187,16 @@ class FreeRods(FreeReadings, Ensemble):
         self._arrays.pace.step.fill_(FIRST_STEP)
         in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
         planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0)
-        self._arrays.pace.highest_order.assign(highest_order(self.bend, self.twist, planar))
+        bend, twist = (v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist))
+        self._arrays.pace.highest_order.assign(highest_order(bend, twist, planar))
+
+    def _set_end_strains(self, strain: np.ndarray) -> None:
+        """Ends that are not clamped have their natural strain, but for the twist that a torque demands."""
+        for node, end, side in ((0, self.ends[0], -1.0), (-1, self.ends[1], 1.0)):
+            if end.kind != "clamped":
+                twist = self.twist if self.twist.ndim == 1 else self.twist[:, node]
+                strain[:, node, 0] = self.natural_twist[:, node] + side * end.torque / twist
+                strain[:, node, 1:] = self.natural_bend[:, node]
 
     def _enable_forces(self, field: Any = None) -> None:
         if self.symmetric:
@@ -152,7 +205,12 @@ class FreeRods(FreeReadings, Ensemble):
 
     def predict_step(self) -> None:
         """Extrapolate to the end of the step, and evaluate there an external force that a function gives."""
+        if self._holding is not None:
+            with exclusive:
+                self._holding.set_places(self.reached)
+                self._holding.set_velocities(self.reached + self._clock.step)
         self._launches.predict()
+        self._set_natural(self.reached + self._clock.step)
         self._evaluate_external(self.reached + self._clock.step)
 
     def try_step(self) -> None:
@@ -192,8 +250,8 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def has_own_steps(self) -> bool:
-        """True for rods without external forces."""
-        return self._arrays.force is None
+        """True for rods without external forces whose natural shape does not change in time."""
+        return self._arrays.force is None and not self._natural.varies
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
@@ -226,17 +284,31 @@ class FreeRods(FreeReadings, Ensemble):
     @property
     def natural_time(self) -> float:
         """The shortest of the times of relaxation of the flagella, of bending, η/501 β⊥, and of buckling, 16 β⊥ η."""
-        times = [self.drag_ratio / (beam_root(0) ** 4 * self.bend)]
+        drag = product(self.drag_along, self.drag_ratio)
+        times = [drag.min() / (beam_root(0) ** 4 * self.bend.max())]
         if not self._passive:
-            times += [self.relaxation, 16 * self.bend * self.drag_ratio]
-        return float(np.min(times))
+            times += [self.relaxation.min(), product(16 * self.bend, drag).min()]
+        return float(min(times))
 
     @property
     def threads(self) -> int:
         """The number of threads that share a step."""
         return self._launches.threads
 
+    def _set_natural(self, time: float) -> None:
+        """Let a natural shape that changes in time be that of a time."""
+        if self._natural.varies:
+            bending, twist = self._natural.at(time)
+            with exclusive:
+                Tiled(self._arrays.rods.natural_bending, self.count).assign(bending)
+                Tiled(self._arrays.rods.natural_twist, self.count).assign(twist)
+
     def _apply_external(self) -> None:
+        self._set_natural(self.time)
+        if self._holding is not None:
+            with exclusive:
+                self._holding.set_velocities(self.time)
+                self._holding.forget_drift()
         if self._external is not None:
             with exclusive:
                 self._launches.find_frames()
@@ -303,9 +375,16 @@ class FreeRods(FreeReadings, Ensemble):
 
     def static(self) -> dict[str, np.ndarray]:
         """What a trajectory saves once: names of ``variables.STATIC``."""
-        names = ("moment", "drag_ratio", "rotational_drag")
         stiffness = {"bending_stiffness": self.bend, "twist_stiffness": self.twist}
-        return {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
+        names = ("moment", "drag_ratio", "rotational_drag")
+        values = {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
+        if (self.drag_along != 1).any():
+            values["drag_along"] = self.drag_along
+        values = {name if value.ndim == 1 else f"{name}_along": value for name, value in values.items()}
+        if self._natural.any:
+            strain = np.concatenate([self.natural_twist[..., None], self.natural_bend], axis=-1)
+            values["natural_strain"] = strain
+        return values
 
     def _settings(self, rod: int) -> dict[str, Any]:
         return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}

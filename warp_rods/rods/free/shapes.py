@@ -47,11 +47,16 @@ SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, 
 
 
 def initial_strain(
-    shape: Any, nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella = DEFAULT_FLAGELLA
+    shape: Any,
+    nodes: int,
+    parameters: Mapping[str, np.ndarray],
+    flagella: Flagella = DEFAULT_FLAGELLA,
+    clamped: tuple[bool, bool] = (False, False),
 ) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
-    parameters: {name: [rod]}; flagella: what a twist may have to balance. None is beam mode 0 of amplitude 1. Raises
+    parameters: {name: [rod] or [rod, node]}; flagella: what a twist may have to balance; clamped: which ends are, as
+    strains of the others are set to 0. None is beam mode 0 of amplitude 1. Raises
     SceneError for an unknown kind or key, for values whose shape does not fit, and for values that are not finite.
     """
     rods = len(parameters["bend"])
@@ -62,7 +67,9 @@ def initial_strain(
     if np.ndim(values) == 0:
         raise arguments.wrong("shape", shape, expected)
     strain = arguments.fitted("shape", values, (rods, nodes, 3), expected)
-    strain[:, [0, -1]] = 0.0
+    for node, is_clamped in ((0, clamped[0]), (-1, clamped[1])):
+        if not is_clamped:
+            strain[:, node] = 0.0
     return strain
 
 
@@ -79,7 +86,7 @@ def _from_table(
     size = parameter("shape.perturbation", rest.pop("perturbation", 0.0), rods, "zero or more")
     seed = rest.pop("seed", 0)
     refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
-    columns = {name: value[:, None] for name, value in parameters.items()}
+    columns = {name: value if value.ndim == 2 else value[:, None] for name, value in parameters.items()}
     strain = make(s, amplitude[:, None], columns, flagella, **rest)
     if not size.any():
         return strain
@@ -105,10 +112,14 @@ def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.ra
 
 def from_midpoint(density: np.ndarray) -> np.ndarray:
     """Integral over s from the middle node of node values [rod, node], by the trapezoid rule; s from −1/2 to 1/2."""
-    nodes = density.shape[1]
-    cells = (density[:, 1:] + density[:, :-1]) / (2 * (nodes - 1))
+    return from_node(density, density.shape[1] // 2)
+
+
+def from_node(density: np.ndarray, node: int) -> np.ndarray:
+    """``from_midpoint`` from another node."""
+    cells = (density[:, 1:] + density[:, :-1]) / (2 * (density.shape[1] - 1))
     total = np.pad(np.cumsum(cells, axis=1), ((0, 0), (1, 0)))
-    return total - total[:, [nodes // 2]]
+    return total - total[:, [node]]
 
 
 def _strain(twist, first, second) -> np.ndarray:

@@ -3,6 +3,7 @@
 from . import errors
 from .analysis import diagnostics, kymograph, sensing
 from .analysis.registry import measure, measures
+from .centrelines.centreline import from_centreline
 from .draw import plots, swarm
 from .draw.measured import plot
 from .draw.usd.export import export_usd
@@ -48,6 +49,7 @@ __all__ = [
     "errors",
     "every",
     "export_usd",
+    "from_centreline",
     "kymograph",
     "measure",
     "measures",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warp_rods.centrelines.curve import Curve, curve_through
-from warp_rods.centrelines.rod import distances
+from warp_rods.centrelines.rod import distances, means
 from warp_rods.centrelines.track import TrackError
 from warp_rods.documented import Documented
 
@@ -28,14 +28,15 @@ class CentrelineOnMembrane(metaclass=Documented):
     """A filament along a measured centre line that was projected onto a membrane, in units of the membrane.
 
     position [3], direction [3]: of the middle node; geodesic_curvature [node] and length: as ``BoundRods`` takes them.
-    line [node, 3]: the nodes. off_rms, off_largest: distances of the points from the membrane. rms, largest: from the
-    filament. smoothing: the wavelength that was halved. notes: what was done with the points.
+    line, tangent [node, 3]: of all nodes. off_rms, off_largest: distances of the points from the membrane. rms,
+    largest: from the filament. smoothing: the wavelength that was halved. notes: what was done with the points.
     """
 
     position: np.ndarray = field(repr=False)
     direction: np.ndarray = field(repr=False)
     geodesic_curvature: np.ndarray = field(repr=False)
     line: np.ndarray = field(repr=False)
+    tangent: np.ndarray = field(repr=False)
     length: float
     smoothing: float
     rms: float
@@ -69,13 +70,15 @@ def on_membrane(
             f"{factor * curve.length:.4g}: move it there, or give scale, what one unit of the points is in its units"
         )
     foot = curve_through(_foot(surface, line))
-    at = np.linspace(0.0, foot.length, nodes)
+    at = np.linspace(0.0, foot.length, PARTS * (nodes - 1) + 1)
     place, (tangent, bend) = foot.place(at), foot.tangent_and_bend(at)
-    across = np.cross(surface.normal(place), tangent)
-    from_line = distances(points, foot.place(np.linspace(0.0, foot.length, PARTS * (nodes - 1) + 1)))
+    geodesic = means(np.sum(bend * np.cross(surface.normal(place), tangent), axis=1), PARTS)
+    from_line = distances(points, place)
+    place, tangent = place[::PARTS], tangent[::PARTS]
     return CentrelineOnMembrane(
-        place[nodes // 2], tangent[nodes // 2], np.sum(bend * across, axis=1), place, length or foot.length,
-        curve.wavelength, _rms(from_line), float(from_line.max()), _rms(off), float(off.max()), notes,
+        place[nodes // 2], tangent[nodes // 2], geodesic, place, tangent,
+        length or foot.length, curve.wavelength, _rms(from_line), float(from_line.max()),
+        _rms(off), float(off.max()), notes,
     )  # fmt: skip
 
 

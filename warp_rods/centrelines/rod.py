@@ -20,19 +20,30 @@ def bishop_strains(curve: Curve, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     That frame is turned by the smallest angle from (x, y, z) to the tangent, so that a line in the plane of x and y has
     Ω₁ = 0: ∂s t = Ω₂ d₁ − Ω₁ d₂ (2.48).
     """
-    cells, middle = nodes - 1, nodes // 2
-    parts = max(2, -(-FINE // cells))
+    cells = nodes - 1
+    parts = 2 * max(2, -(-FINE // (2 * cells)))
+    middle = parts * (nodes // 2)
     s = np.linspace(0.0, curve.length, cells * parts + 1)
     tangent, bend = curve.tangent_and_bend(s)
-    start = minimal_rotation(tangent[0])[:, 1]
-    d1 = _transported(curve.place(s), tangent, start)[::parts]
-    t, b = tangent[::parts], bend[::parts]
-    d2 = np.cross(t, d1)
-    frame = minimal_rotation(t[middle])
+    d1 = _transported(curve.place(s), tangent, minimal_rotation(tangent[0])[:, 1])
+    d2 = np.cross(tangent, d1)
+    frame = minimal_rotation(tangent[middle])
     c, sine = frame[:, 1] @ d1[middle], frame[:, 1] @ d2[middle]
     d1, d2 = c * d1 + sine * d2, c * d2 - sine * d1
-    strain = np.stack([np.zeros(nodes), -np.sum(b * d2, axis=1), np.sum(b * d1, axis=1)], axis=1)
-    return strain * curve.length, frame
+    strain = np.stack([0.0 * s, -np.sum(bend * d2, axis=1), np.sum(bend * d1, axis=1)], axis=1)
+    return means(strain, parts) * curve.length, frame
+
+
+def means(values: np.ndarray, parts: int) -> np.ndarray:
+    """Means [node, …] of values [(node − 1) parts + 1, …] over a cell about each node, over half a cell at both ends.
+
+    The tangent of a rod that has them is that of the curve between any two nodes, however fine the bends of the curve.
+    """
+    total = np.concatenate([0.0 * values[:1], np.cumsum((values[1:] + values[:-1]) / 2, axis=0)])
+    last = len(values) - 1
+    at = np.arange(0, last + 1, parts)
+    low, high = np.maximum(at - parts // 2, 0), np.minimum(at + parts // 2, last)
+    return (total[high] - total[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
 
 
 def minimal_rotation(tangent: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
 from warp_rods.scene.per_rod import (
@@ -137,6 +138,13 @@ class FilamentsTable(EnsembleTable):
         description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
     )
 
+    @property
+    def known_length(self) -> float | tuple[float, ...]:
+        """``length``, known once the scene is laid out; raises SceneError where it is still to be read from a file."""
+        if self.length is None:
+            raise SceneError("length: must be a number here; that of the shape is known once the scene is laid out")
+        return self.length
+
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
         """The table with random placement where neither a placement nor a shape says where filaments are."""
@@ -189,6 +197,9 @@ def _start_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     if "shape" not in raw:
         missing = ": missing; must be a positive number, or a list with one for each rod"
         return [fault(("length",), raw, missing)] if "length" not in raw else []
+    if "length" in good and isinstance(good.get("shape"), dict) and "run" in good["shape"]:
+        text = f" = {shown(good['length'])}: filaments of a run have their length; leave it out"
+        return [fault(("length",), good["length"], text)]
     if "placement" in good:
         text = f" = {shown(good['placement'])}: shape says where the filaments are: leave one of them out"
         return [fault(("placement",), good["placement"], text)]

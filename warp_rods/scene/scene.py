@@ -84,10 +84,7 @@ class Scene(Table):
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits raises another ValueError
             raise SceneError(f"this is not TOML: {error}") from None
-        box = tables.get("box")
-        for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
-            if isinstance(surface, dict) and isinstance(surface.get("file"), str):
-                surface["file"] = str(Path(folder) / surface["file"])
+        with_whole_paths(tables, Path(folder))
         try:
             return cls(**tables)
         except RecursionError:
@@ -157,6 +154,28 @@ class Scene(Table):
             found = motion_faults(good["surface"]["kind"], values, good["time"]["end"])
             faults += [fault(("surface", *loc), raw, text) for loc, text in found]
         return faults
+
+
+FILES = {"surface": ("file",), "shape": ("points", "run")}
+"""Tables of a scene with keys that are paths."""
+
+
+def with_whole_paths(tables: Any, folder: Path) -> bool:
+    """Put ``folder`` before the relative paths in the tables of a scene; returns whether there were some."""
+    if isinstance(tables, list):
+        return any([with_whole_paths(table, folder) for table in tables])
+    if not isinstance(tables, dict):
+        return False
+    found = False
+    for name, table in tables.items():
+        for key in FILES.get(name, ()) if isinstance(table, dict) else ():
+            value = table.get(key)
+            paths = value if isinstance(value, list) else [value]
+            whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
+            if whole != paths:
+                table[key], found = whole if isinstance(value, list) else whole[0], True
+        found |= with_whole_paths(table, folder)
+    return found
 
 
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:

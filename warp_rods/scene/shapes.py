@@ -125,7 +125,7 @@ class Start(Table):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         kind = good.get("kind")
-        if kind not in cls.KINDS:
+        if not isinstance(kind, str) or kind not in cls.KINDS:
             return []
         row = cls.KINDS[kind]
         faults = [

@@ -47,9 +47,7 @@ def straight(s, amplitude, parameters, flagella):
 def formula(s, amplitude, parameters, flagella, *, bend=0.0, bend1=0.0, bend2=0.0, twist=0.0):
     """Strains as formulas of s, or numbers, times the amplitude; ``bend`` is another name of ``bend2``."""
     if bend != 0.0 and bend2 != 0.0:
-        raise SceneError(
-            "shape.bend and shape.bend2 both give bending in the plane of the modes; leave one of them out"
-        )
+        raise SceneError("shape.bend and shape.bend2 both give bending in the plane of the modes: give one")
     given = {"twist": twist, "bend1": bend1, "bend2": bend if bend2 == 0.0 else bend2}
     return _strain(*(amplitude * along(s, f"shape.{name}", value) for name, value in given.items()))
 
@@ -103,8 +101,8 @@ def _from_table(
     kind = rest.pop("kind", None) or kind_of(rest, KINDS)
     if isinstance(kind, str) and kind in KINDS and KINDS[kind].own_rods:
         raise SceneError(
-            f"shape.{kind}: is read by scenes; in Python give the strains: wr.from_centreline(...).strain, or those of a "
-            f"frame of wr.open_run(...)"
+            f"shape.{kind}: is read by scenes; in Python give strains: those of wr.from_centreline(...), or of a frame "
+            f"of wr.open_run(...)"
         )
     make = named(SHAPES, "shape.kind", kind)
     own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]

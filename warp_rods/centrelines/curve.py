@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -23,8 +22,11 @@ DEGREE = 5
 KNOTS = 6
 """Knots in a wavelength that is halved."""
 FEWEST_CELLS, MOST_CELLS = 16, 100_000
-ROUNDS, SETTLED = 30, 1e-9
-"""Rounds in which the parameter becomes the arc length, and the relative change at which they end."""
+ROUNDS, SETTLED = 4, 1e-9
+"""Rounds in which the parameter becomes the arc length, and the relative change at which they end. Noise larger than
+the distance of points makes loops of a curve that is smoothed little, which more rounds would enlarge."""
+LONGEST = 1.5
+"""Length of a curve in lengths of the polygon through its points above which it winds between them."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Curve:
     _parameter: Any
 
     def _at(self, s: np.ndarray) -> np.ndarray:
-        return np.clip(self._parameter(s), self.spline.t[DEGREE], self.spline.t[-DEGREE - 1])
+        return np.clip(self._parameter(s), self.spline.t[self.spline.k], self.spline.t[-self.spline.k - 1])
 
     def place(self, s: np.ndarray) -> np.ndarray:
         """Places [n, 3] at arc lengths [n]."""
@@ -79,7 +81,7 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
     """
     number, counts = check_smoothing(smoothing)
     t = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
-    length = float(t[-1])
+    chords = length = float(t[-1])
     for _ in range(ROUNDS):
         wavelength = number * (length / (len(points) - 1) if counts else length if unit is None else unit)
         if wavelength > length:
@@ -87,8 +89,12 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
                 f"smoothing = {smoothing!r}: a wavelength of {wavelength:.3g}; must be at most the length of the line, "
                 f"{length:.3g}"
             )
-        spline = _smooth(t, points, wavelength) if number else _interpolating(t, points)
+        spline = _smooth(t, points, wavelength) if number else _interpolating(t, points, 3)
         curve = _by_arc_length(spline, wavelength)
+        if curve.length > LONGEST * chords:
+            raise TrackError(
+                f"winds between its points when smoothing = {smoothing!r}: give a larger one, or more points"
+            )
         # The parameter of each point becomes its arc length: chords are shorter than arcs, and longer under noise.
         at = _arc_lengths(spline, t)
         change, t, length = np.abs(at - t).max(), at, curve.length
@@ -98,25 +104,15 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
 
 
 def curve_through(points: np.ndarray) -> Curve:
-    """The curve through all points [point, 3]."""
+    """The curve through all points [point, 3], which are dense along a smooth line and nearly equally spaced."""
     t = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
-    return _by_arc_length(_interpolating(t, points), 0.0)
+    return _by_arc_length(_interpolating(t, points, DEGREE), 0.0)
 
 
-def _interpolating(t: np.ndarray, points: np.ndarray) -> Any:
+def _interpolating(t: np.ndarray, points: np.ndarray, degree: int) -> Any:
     from scipy.interpolate import make_interp_spline
 
-    degree = DEGREE if len(t) > DEGREE else 3
-    spline = make_interp_spline(t, points, k=degree)
-    return spline if degree == DEGREE else _raised(spline)
-
-
-def _raised(spline: Any) -> Any:
-    """The same cubic as a spline of degree 5."""
-    from scipy.interpolate import make_interp_spline
-
-    u = np.linspace(spline.t[3], spline.t[-4], 2 * DEGREE + 1)
-    return make_interp_spline(u, spline(u), k=DEGREE)
+    return make_interp_spline(t, points, k=degree)
 
 
 def _smooth(t: np.ndarray, points: np.ndarray, wavelength: float) -> Any:
@@ -164,7 +160,8 @@ def _fine(spline: Any) -> np.ndarray:
     """Parameters between which the curve is nearly straight."""
     breaks = np.unique(spline.t)
     parts = max(4, -(-512 // (len(breaks) - 1)))
-    return np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in itertools.pairwise(breaks)]))
+    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(parts) / parts)
+    return np.append(inner.ravel(), breaks[-1])
 
 
 def _by_arc_length(spline: Any, wavelength: float) -> Curve:

@@ -24,7 +24,7 @@ from warp_rods.scene.per_rod import (
     ZeroOrMoreEach,
     is_list,
 )
-from warp_rods.scene.shapes import FilamentShape, each_of_start
+from warp_rods.scene.shapes import FilamentShape, FormulaText, each_of_start
 from warp_rods.values import Positive, ZeroOrMore, shown
 
 __all__ = ["FilamentsTable", "GrowthTable", "Placement"]
@@ -38,8 +38,10 @@ class Placement(Table):
     )
     position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
     direction: tuple[Direction, ...] = Field(description="a list of directions [dx, dy, dz], one for each rod")
-    geodesic_curvature: Each[NumberEach] = Field(
-        default=0.0, description="a number, or a list that has for each rod a number or a list with one for each node"
+    geodesic_curvature: WordOrTable[FormulaText, Each[NumberEach]] = Field(
+        default=0.0,
+        description="a number, a formula of s, or a list that has for each rod a number or a list with one for each "
+        "node",
     )
 
 

@@ -156,25 +156,22 @@ class Scene(Table):
         return faults
 
 
-FILES = {"surface": ("file",), "shape": ("points", "run")}
-"""Tables of a scene with keys that are paths."""
-
-
-def with_whole_paths(tables: Any, folder: Path) -> bool:
+def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
     """Put ``folder`` before the relative paths in the tables of a scene; returns whether there were some."""
-    if isinstance(tables, list):
-        return any([with_whole_paths(table, folder) for table in tables])
-    if not isinstance(tables, dict):
-        return False
+    box = tables.get("box")
+    surfaces = (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None)
+    ensembles = [tables.get(key) for key in ("filaments", "swimmers")]
+    rods = [table for each in ensembles if isinstance(each, list) for table in each if isinstance(table, dict)]
+    owners = [(table, "file") for table in surfaces] + [
+        (t.get("shape"), key) for t in rods for key in ("points", "run")
+    ]
     found = False
-    for name, table in tables.items():
-        for key in FILES.get(name, ()) if isinstance(table, dict) else ():
-            value = table.get(key)
-            paths = value if isinstance(value, list) else [value]
-            whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
-            if whole != paths:
-                table[key], found = whole if isinstance(value, list) else whole[0], True
-        found |= with_whole_paths(table, folder)
+    for table, key in owners:
+        value = table.get(key) if isinstance(table, dict) else None
+        paths = value if isinstance(value, list) else [value]
+        whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
+        if isinstance(table, dict) and whole != paths:
+            table[key], found = whole if isinstance(value, list) else whole[0], True
     return found
 
 

@@ -19,7 +19,7 @@ from warp_rods.scene.ensemble import MOST_NODES, length_faults
 from warp_rods.scene.per_rod import OR_EACH, Each, NumberEach, WordOrTable, ZeroOrMoreEach, is_list
 from warp_rods.values import Number, Positive, shown
 
-__all__ = ["FILAMENT_SHAPES", "KEPT", "SHAPES", "FilamentShape", "Kind", "ShapeTable", "kind_of"]
+__all__ = ["FILAMENT_SHAPES", "KEPT", "SHAPES", "FilamentShape", "FormulaText", "Kind", "ShapeTable", "kind_of"]
 
 KEPT = ".npz"
 """The suffix of starts that a run or ``wr.steady`` kept."""
@@ -80,7 +80,8 @@ def _smoothing(value: Any) -> Any:
     return value
 
 
-Formula = WordOrTable[Annotated[str, AfterValidator(_formula)], Number]
+FormulaText = Annotated[str, AfterValidator(_formula)]
+Formula = WordOrTable[FormulaText, Number]
 Smoothing = Annotated[WordOrTable[str, Number], AfterValidator(_smoothing)]
 Whole = Each[Annotated[int, Field(ge=0)]]
 FORMULA = 'a formula of s in quotes, such as "3*sin(2*pi*s)", or a number'

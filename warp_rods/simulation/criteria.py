@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warp_rods.rods.free.shapes import along
 from warp_rods.rods.modes import beam_mode
-from warp_rods.rods.per_rod import each_rod
+from warp_rods.rods.per_rod import along, each_rod
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
 from warp_rods.scene.shapes import ShapeTable
@@ -160,7 +159,7 @@ def _formula_start(shape: ShapeTable) -> list[Criterion]:
     """As of the mode whose slope is as steep against its size as that of the formulas."""
     s = np.linspace(-0.5, 0.5, 2001)
     given = {name: getattr(shape, name) for name in ("bend1", "bend2", "bend") if getattr(shape, name) is not None}
-    k = np.array([along(s, f"shape.{name}", value) for name, value in given.items()] or [0.0 * s])
+    k = np.array([along(f"shape.{name}", value, s) for name, value in given.items()] or [0.0 * s])
     size, slope = (float(np.linalg.norm(values, axis=0).max()) for values in (k, np.gradient(k, s, axis=1)))
     if size == 0:
         return []
@@ -188,7 +187,7 @@ def _bent_start(curvature: float, angle: float) -> list[Criterion]:
 def _angles(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
     """The membrane bends the filament, and its intrinsic strains do, and a start that is curved."""
     placed = table.placement
-    start = 0.0 if placed is None or isinstance(placed, str) else _largest(placed.geodesic_curvature)
+    start = 0.0 if placed is None or isinstance(placed, str) else _largest_geodesic(placed.geodesic_curvature)
     membrane, intrinsic = float(np.abs(principal).max(initial=0.0)), float(np.abs(table.intrinsic).max())
     words = {"curvatures of the membrane": membrane, "intrinsic strains": intrinsic, "curvatures at the start": start}
     what, largest = max(words.items(), key=lambda item: item[1])
@@ -207,6 +206,13 @@ def _variation(samples: Sequence[Sample]) -> list[Criterion]:
     largest = VARIES * length
     reason = f"curvatures of the membrane vary over a length √(κ/κ'') = {length:.3g}: Δs ≤ {VARIES:g} of it"
     return [Criterion(reason, largest)]
+
+
+def _largest_geodesic(given: str | float | Sequence) -> float:
+    """The largest absolute value of a formula of s, or of what has numbers."""
+    if isinstance(given, str):
+        given = along("placement.geodesic_curvature", given, np.linspace(-0.5, 0.5, 1001)).tolist()
+    return _largest(given)
 
 
 def _largest(values: float | Sequence) -> float:

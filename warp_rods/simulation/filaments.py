@@ -80,7 +80,9 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
         position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
     else:
-        geodesic = each_node(p.geodesic_curvature, table.count, table.node_count)
+        geodesic: Any = p.geodesic_curvature
+        if not isinstance(geodesic, str):
+            geodesic = each_node(geodesic, table.count, table.node_count)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
         _refuse_lost(rods, "placement")
     layout.ensembles[table.name] = rods

@@ -64,10 +64,9 @@ class FixedShape(metaclass=Documented):
         return self.swimmer.rods(self.fields[None], self.swimmer.parameters, self.swimmer.symmetric)
 
     def write_scene(self, path: str | Path, end: float = 10.0, name: str = "cell") -> Path:
-        """Write a scene of this one rod that starts from exactly this shape, until the time ``end``; returns its path.
+        """Write a scene that starts from exactly this shape, which is in a file ``.npz`` beside it; returns its path.
 
-        The shape is in a file beside it, of the same name with the suffix ``.npz``. path: ends in ``.toml``. Raises
-        SceneError for another suffix, and for a folder that is not there; files of these names are replaced.
+        Files of these names are replaced. Raises SceneError where it cannot be written.
         """
         from warp_rods.theory.steady_scene import write_scene
 

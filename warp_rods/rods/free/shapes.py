@@ -10,10 +10,9 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError, named, refuse_unknown
-from warp_rods.formula import FormulaError, function_of_arc_length
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.modes import beam_mode
-from warp_rods.rods.per_rod import parameter
+from warp_rods.rods.per_rod import along, parameter
 from warp_rods.scene.shapes import SHAPES as KINDS
 from warp_rods.scene.shapes import kind_of
 
@@ -49,18 +48,7 @@ def formula(s, amplitude, parameters, flagella, *, bend=0.0, bend1=0.0, bend2=0.
     if bend != 0.0 and bend2 != 0.0:
         raise SceneError("shape.bend and shape.bend2 both give bending in the plane of the modes: give one")
     given = {"twist": twist, "bend1": bend1, "bend2": bend if bend2 == 0.0 else bend2}
-    return _strain(*(amplitude * along(s, f"shape.{name}", value) for name, value in given.items()))
-
-
-def along(s: np.ndarray, name: str, value: Any) -> np.ndarray:
-    """Values [node] of a formula of s, or of a number; raises SceneError naming the parameter."""
-    if not isinstance(value, str):
-        return np.full(len(s), arguments.real(name, value, "any finite number"))
-    try:
-        function = function_of_arc_length(value)
-        return np.array([function(one) for one in s])
-    except FormulaError as error:
-        raise SceneError(f"{name} = {value!r}: {error}") from None
+    return _strain(*(amplitude * along(f"shape.{name}", value, s) for name, value in given.items()))
 
 
 SHAPES: dict[str, Callable[..., np.ndarray]] = {

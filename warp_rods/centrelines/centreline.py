@@ -73,17 +73,8 @@ class Line:
 def line_of(track: Track, smoothing: Any = DEFAULT, reverse: bool = False, unit: float | None = None) -> Line:
     """The smooth curve along a track; raises TrackError, and SceneError for a wrong smoothing."""
     points = cleaned(track.points[::-1] if reverse else track.points)
-    curve = fitted_curve(points.points - points.points[0], smoothing, unit)
-    moved = Curve(_moved(curve.spline, points.points[0]), curve.length, curve.wavelength, curve._parameter)
     notes = ([track.chosen] if track.chosen else []) + list(points.notes)
-    return Line(moved, points, track.metres, tuple(notes))
-
-
-def _moved(spline: Any, by: np.ndarray) -> Any:
-    """A curve moved as a whole. Fitted about its first point, a line in a plane of constant z stays in it exactly."""
-    from scipy.interpolate import BSpline
-
-    return BSpline(spline.t, spline.c + by, spline.k)
+    return Line(fitted_curve(points.points, smoothing, unit), points, track.metres, tuple(notes))
 
 
 def read_line(

@@ -31,22 +31,24 @@ LONGEST = 1.5
 
 @dataclass(frozen=True)
 class Curve:
-    """A smooth curve [.., 3] by its arc length from 0 to ``length``, and the wavelength that was halved.
+    """A smooth curve by its arc length from 0 to ``length``, and the wavelength that was halved.
 
-    place(s), and derivatives by arc length from ``tangent_and_bend``.
+    spline: the place relative to ``origin`` [3], as a function of a parameter, which ``_parameter`` gives for arc
+    lengths. About a point of the line one in a plane of constant z stays in it exactly.
     """
 
     spline: Any
     length: float
     wavelength: float
     _parameter: Any
+    origin: np.ndarray
 
     def _at(self, s: np.ndarray) -> np.ndarray:
         return np.clip(self._parameter(s), self.spline.t[self.spline.k], self.spline.t[-self.spline.k - 1])
 
     def place(self, s: np.ndarray) -> np.ndarray:
         """Places [n, 3] at arc lengths [n]."""
-        return self.spline(self._at(s))
+        return self.origin + self.spline(self._at(s))
 
     def tangent_and_bend(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit tangents t [n, 3] and ∂t/∂s [n, 3] at arc lengths [n]."""
@@ -82,6 +84,7 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
     number, counts = check_smoothing(smoothing)
     t = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
     chords = length = float(t[-1])
+    origin, points = points[0], points - points[0]
     for _ in range(ROUNDS):
         wavelength = number * (length / (len(points) - 1) if counts else length if unit is None else unit)
         if wavelength > length:
@@ -90,7 +93,7 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
                 f"{length:.3g}"
             )
         spline = _smooth(t, points, wavelength) if number else _interpolating(t, points, 3)
-        curve = _by_arc_length(spline, wavelength)
+        curve = _by_arc_length(spline, wavelength, origin)
         if curve.length > LONGEST * chords:
             raise TrackError(
                 f"winds between its points when smoothing = {smoothing!r}: give a larger one, or more points"
@@ -106,7 +109,7 @@ def fitted_curve(points: np.ndarray, smoothing: Any = DEFAULT, unit: float | Non
 def curve_through(points: np.ndarray) -> Curve:
     """The curve through all points [point, 3], which are dense along a smooth line and nearly equally spaced."""
     t = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
-    return _by_arc_length(_interpolating(t, points, DEGREE), 0.0)
+    return _by_arc_length(_interpolating(t, points - points[0], DEGREE), 0.0, points[0])
 
 
 def _interpolating(t: np.ndarray, points: np.ndarray, degree: int) -> Any:
@@ -132,9 +135,7 @@ def _smooth(t: np.ndarray, points: np.ndarray, wavelength: float) -> Any:
     bands = np.zeros((DEGREE + 1, system.shape[0]))
     for band in range(DEGREE + 1):
         bands[band, : system.shape[0] - band] = system.diagonal(-band)
-    middle = points.mean(axis=0)
-    found = solveh_banded(bands, design.T @ (share[:, None] * (points - middle)), lower=True)
-    return BSpline(knots, found + middle, DEGREE)
+    return BSpline(knots, solveh_banded(bands, design.T @ (share[:, None] * points), lower=True), DEGREE)
 
 
 def _roughness(knots: np.ndarray, breaks: np.ndarray) -> Any:
@@ -164,7 +165,7 @@ def _fine(spline: Any) -> np.ndarray:
     return np.append(inner.ravel(), breaks[-1])
 
 
-def _by_arc_length(spline: Any, wavelength: float) -> Curve:
+def _by_arc_length(spline: Any, wavelength: float, origin: np.ndarray) -> Curve:
     from scipy.interpolate import CubicHermiteSpline
 
     u = _fine(spline)
@@ -172,7 +173,7 @@ def _by_arc_length(spline: Any, wavelength: float) -> Curve:
     speed = np.linalg.norm(spline(u, 1), axis=1)
     if not (np.diff(s) > 0).all() or not speed.all():
         raise TrackError("turns back on itself within a point: give more points there, or a smoothing")
-    return Curve(spline, float(s[-1]), wavelength, CubicHermiteSpline(s, u, 1 / speed))
+    return Curve(spline, float(s[-1]), wavelength, CubicHermiteSpline(s, u, 1 / speed), origin)
 
 
 def _arc_lengths(spline: Any, u: np.ndarray) -> np.ndarray:

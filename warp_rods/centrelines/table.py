@@ -99,7 +99,7 @@ def _columns(header: list[str], count: int) -> tuple[list[int], float | None]:
     return found, units.pop() if len(units) == 1 else None
 
 
-def read_array(path: Path, frame: int | None = None, time: float | None = None) -> Track:
+def read_array(path: Path, frame: int | None = None) -> Track:
     """An array [point, 2 or 3], or [frame, point, 2 or 3] of which ``frame`` chooses one."""
     try:
         values = np.load(path, allow_pickle=False)
@@ -108,8 +108,6 @@ def read_array(path: Path, frame: int | None = None, time: float | None = None) 
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf" or values.ndim not in (2, 3):
         shape = getattr(values, "shape", "several arrays")
         raise TrackError(f"must be an array of numbers [point, 2 or 3] or [frame, point, 2 or 3]; has {shape}")
-    if time is not None:
-        raise TrackError(f"time = {time:g}: an array has no times: choose by frame")
     if values.ndim == 2:
         if frame is not None:
             raise TrackError(f"frame = {frame}: has one line only, of shape {values.shape}: leave frame out")

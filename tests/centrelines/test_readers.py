@@ -62,7 +62,8 @@ def test_arrays(tmp_path):
     np.save(tmp_path / "c.npy", np.array([{"x": 1}], dtype=object), allow_pickle=True)
     for name, choice, said in (
         ("b", {}, "has 2 frames"), ("a", {"frame": 0}, "has one line only"), ("c", {}, "is no array of numbers"),
-        ("b", {"time": 1.0}, "time = 1.0: not a choice in a .npy file, where lines are chosen by frame"), ("a", {"worm": 1}, "worm = 1: not a choice in a .npy file"),
+        ("b", {"time": 1.0}, "time = 1.0: not a choice in a .npy file, where lines are chosen by frame"),
+        ("a", {"worm": 1}, "worm = 1: not a choice in a .npy file"),
     ):  # fmt: skip
         with pytest.raises(TrackError, match=said):
             read(tmp_path / f"{name}.npy", **choice)
@@ -94,7 +95,7 @@ def test_wcon(tmp_path):
     np.testing.assert_array_equal(read(tmp_path / "worms.wcon.zip", worm="2").points, track.points)
     for choice, said in (
         ({}, "has the worms 1, 2: choose one by worm"), ({"worm": 3}, "worm = 3: has the worms 1, 2"),
-        ({"worm": 1}, "has 3 frames, at the times 1.3, 1.4, 1.5"), 
+        ({"worm": 1}, "has 3 frames, at the times 1.3, 1.4, 1.5"),
         ({"worm": 1, "time": 9.0}, "time = 9: has the times"),
         ({"worm": 1, "frame": 3}, "frame = 3: has 3 frames, 0 to 2"),
     ):  # fmt: skip

@@ -106,7 +106,7 @@ def test_wcon(tmp_path):
 @pytest.mark.parametrize("text, said", [
     ("{", "is no JSON"), ("[1]", "is no WCON"), ('{"units": {}, "data": [{"id": 1}]}', "its data cannot be read"),
     ('{"data": [{"id": 1, "t": [1, 2], "x": [[1, 2]], "y": [[1, 2]]}]}', "1 rows of points for 2 times"),
-    ('{"data": []}', "has the worms none"),
+    ('{"data": []}', "has no worms"),
     ('{"data": {"id": 1, "t": [1, 2], "x": [[null], [1, 2]], "y": [[null], [1, 2]]}}', "frames with points: 1"),
 ])  # fmt: skip
 def test_what_is_no_wcon_is_refused(tmp_path, text, said):

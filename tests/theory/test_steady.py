@@ -160,7 +160,7 @@ def test_a_swimmer_from_a_scene_has_the_parameters_of_its_rod():
     Swimmer(33, {"bend": 4e-3, "twist": 1e-3, "drag_ratio": 1.7, "relaxation": 2e-2, "diffusion": 2e-3}),
     Swimmer(65, {"bend": 5e-3, "twist": 1e-3}, symmetric=True, held=tuple(-np.tanh(8 * np.linspace(-0.5, 0.5, 65)))),
 ], ids=["symmetric", "other parameters", "held"])  # fmt: skip
-def test_a_fixed_shape_written_as_a_scene_stays_there(given, tmp_path, verified):
+def test_a_fixed_shape_written_as_a_scene_stays_there(given, tmp_path, verified, request):
     """It starts from exactly that shape; the drift of its strains over a time 0.1 is round-off."""
     shape = settled(given, {"kind": "mode", "amplitude": 3.0}, time=8.0)
     simulation = Simulation(Scene.load(shape.write_scene(tmp_path / "u.toml", end=0.1)), "cpu")
@@ -175,7 +175,7 @@ def test_a_fixed_shape_written_as_a_scene_stays_there(given, tmp_path, verified)
         pass
     assert simulation.finished and np.abs(start).max() > 0.5
     verified.below(
-        "independent", "fixed shape as a scene: drift of strains in a time of 0.1",
+        "independent", f"fixed shape ({request.node.callspec.id}) as a scene: drift of strains in a time of 0.1",
         measured=np.abs(rods.strain - start).max(), bound=1e-9, reference="Newton's method",
     )  # fmt: skip
 

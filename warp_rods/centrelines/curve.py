@@ -135,7 +135,13 @@ def _smooth(t: np.ndarray, points: np.ndarray, wavelength: float) -> Any:
     bands = np.zeros((DEGREE + 1, system.shape[0]))
     for band in range(DEGREE + 1):
         bands[band, : system.shape[0] - band] = system.diagonal(-band)
-    return BSpline(knots, solveh_banded(bands, design.T @ (share[:, None] * points), lower=True), DEGREE)
+    try:
+        return BSpline(knots, solveh_banded(bands, design.T @ (share[:, None] * points), lower=True), DEGREE)
+    except np.linalg.LinAlgError:
+        raise TrackError(
+            f"has points {np.diff(t).max():.3g} apart, which a smoothing of waves of length {wavelength:.3g} cannot "
+            f"bridge: give a larger smoothing, or 0 for a line through every point"
+        ) from None
 
 
 def _roughness(knots: np.ndarray, breaks: np.ndarray) -> Any:

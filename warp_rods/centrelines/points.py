@@ -14,6 +14,8 @@ FEWEST = 4
 """Points of a line, at least."""
 FARTHEST = 1e6
 """Largest distance of points from the origin in lengths of the line: beyond, digits are lost."""
+LARGEST, SMALLEST = 1e30, 1e-30
+"""Of coordinates, and of the size of a line."""
 FAR_APART = 10.0
 """Steps from point to point above so many median ones are told."""
 
@@ -39,10 +41,14 @@ def cleaned(given: np.ndarray) -> Points:
         raise TrackError(f"must be points [point, 2 or 3]; has shape {given.shape}")
     if np.isinf(given).any():
         raise TrackError(f"has an infinite value in row {int(np.isinf(given).any(axis=1).argmax())}")
+    if np.nanmax(np.abs(given), initial=0.0) > LARGEST:
+        raise TrackError(f"has coordinates up to {np.nanmax(np.abs(given)):.3g}: use other units; at most {LARGEST:g}")
     there = ~np.isnan(given).any(axis=1)
     points = np.zeros((int(there.sum()), 3))
     points[:, : given.shape[1]] = given[there]
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    if 0 < size < SMALLEST:
+        raise TrackError(f"has a size of {size:.3g}: use other units; at least {SMALLEST:g}")
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-12 * size
     new = np.r_[True, apart] if len(points) else np.zeros(0, dtype=bool)
     repeated, points = int((~new).sum()), points[new]

@@ -36,10 +36,12 @@ def read_wcon(path: Path, worm: str | int | None = None, frame: int | None = Non
     except (TypeError, ValueError, KeyError, IndexError) as fault:
         raise TrackError(f"is no WCON: its data cannot be read ({fault})") from None
     worms = list(dict.fromkeys(line.worm for line in lines))
+    if not worms:
+        raise TrackError("has no worms")
     if worm is None and len(worms) > 1:
         raise TrackError(f"has the worms {listed(worms)}: choose one by worm")
-    if not worms or (worm is not None and str(worm) not in worms):
-        raise TrackError(f"worm = {worm!r}: has the worms {listed(worms) or 'none'}")
+    if worm is not None and str(worm) not in worms:
+        raise TrackError(f"worm = {worm!r}: has the worms {listed(worms)}")
     name = worms[0] if worm is None else str(worm)
     own = [line for line in lines if line.worm == name]
     line = own[chosen_frame([line.time for line in own], frame, time)]

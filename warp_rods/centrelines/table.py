@@ -36,6 +36,8 @@ def read_table(path: Path, frame: int | None = None, time: float | None = None) 
         return Track(points, metres)
     of_row = values[:, -1]
     times = np.unique(of_row[np.isfinite(of_row)])
+    if not len(times):
+        raise TrackError(f"has no numbers in the column {header[marks[0]]}")
     index = chosen_frame(times.tolist(), frame, time)
     chosen = f"{header[marks[0]]} {times[index]:g}" if len(times) > 1 else ""
     return Track(points[of_row == times[index]], metres, chosen)

@@ -3,6 +3,7 @@
 from . import errors, frames
 from .analysis import diagnostics, kymograph, sensing
 from .analysis.registry import measure, measures
+from .centrelines.centreline import from_centreline
 from .draw import plots, swarm
 from .draw.measured import plot
 from .draw.usd.export import export_usd
@@ -52,6 +53,7 @@ __all__ = [
     "every",
     "export_usd",
     "frames",
+    "from_centreline",
     "kymograph",
     "measure",
     "measures",

@@ -1,4 +1,4 @@
-"""Formulas as text, in x, y, z and parameters or in t: parsed with a whitelist of Python's syntax, never evaluated.
+"""Formulas as text, in x, y, z and parameters, in t or in s: parsed with a whitelist of Python's syntax, not evaluated.
 
 Allowed: numbers, pi, the variables, parameters by name, + − * /, ** to a number, and ``FUNCTIONS``, which are smooth
 where they are defined. Lengths, depths, powers and degrees are limited, so that parsing is fast for any text.
@@ -17,7 +17,10 @@ from typing import Any
 
 from warp_rods.documented import Documented
 
-__all__ = ["ALLOWED", "FormulaError", "check", "function_of_arrays", "function_of_time", "usable_name"]
+__all__ = [
+    "ALLOWED", "FormulaError", "check", "function_of_arc_length", "function_of_arrays", "function_of_time",
+    "usable_name",
+]  # fmt: skip
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan")
@@ -36,7 +39,12 @@ ALLOWED = "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, *
     f"{name}()" for name in (*FUNCTIONS, *TWO_ARGUMENTS)
 )
 
-ALLOWED_IN_TIME = ALLOWED.replace("x, y, z, the names in parameters", "t")
+
+def _allowed_in(variable: str) -> str:
+    return ALLOWED.replace("x, y, z, the names in parameters", variable)
+
+
+ALLOWED_IN_TIME = _allowed_in("t")
 
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -76,12 +84,23 @@ def function_of_time(text: str) -> Callable[[float], float]:
     Raises FormulaError for the first part that is not allowed, and where t does not occur. The function raises it at
     a time at which the formula has no value.
     """
-    tree = syntax_tree(text.strip(), ALLOWED_IN_TIME)
-    reader = FormulaReader({"t": FORM}, ALLOWED_IN_TIME)
+    return _function_of("t", text)
+
+
+@functools.lru_cache(maxsize=64)
+def function_of_arc_length(text: str) -> Callable[[float], float]:
+    """The function of arc length defined by a formula in s, from −1/2 to 1/2; otherwise as ``function_of_time``."""
+    return _function_of("s", text)
+
+
+def _function_of(variable: str, text: str) -> Callable[[float], float]:
+    allowed = _allowed_in(variable)
+    tree = syntax_tree(text.strip(), allowed)
+    reader = FormulaReader({variable: FORM}, allowed)
     reader.read(tree)
-    if "t" not in reader.used:
-        raise FormulaError("t does not occur in it; write a constant without quotes")
-    return lambda time: FormulaReader({"t": float(time)}, ALLOWED_IN_TIME).read(tree)
+    if variable not in reader.used:
+        raise FormulaError(f"{variable} does not occur in it; write a constant without quotes")
+    return lambda value: FormulaReader({variable: float(value)}, allowed).read(tree)
 
 
 def function_of_arrays(text: str, names: Sequence[str]) -> Callable[..., Any]:

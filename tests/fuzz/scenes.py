@@ -21,12 +21,14 @@ FULL = {
     "flagella": {"relaxation": 1e-2, "diffusion": 1e-3, "profile": "tanh", "sharpness": 10.0, "law": "relaxing"},
     "shape": {"kind": "mode", "mode": 0, "amplitude": 1.0, "perturbation": 1e-3},
 }  # fmt: skip
+FORMULAS = {"bend": "3*sin(2*pi*s)", "bend1": 0.5, "twist": "cos(pi*s)**2", "amplitude": 2.0}
 WALL = {"strength": 2000.0, "range": 0.05}
 
 BASES: tuple[dict[str, Any], ...] = (
     {"swimmers": [CELLS], "time": TIME},
     {"title": "t", "seed": 7, "swimmers": [CELLS | FULL], "time": TIME | {"step": 1e-3, "save_every": 0.1}},
     {"swimmers": [CELLS | {"nodes": "auto", "shape": {"kind": "writhe", "balanced": True}}], "time": TIME},
+    {"swimmers": [CELLS | {"nodes": "auto", "shape": FORMULAS}], "time": TIME},
     {
         "swimmers": [CELLS | {"placement": {"position": [[0, 0, 0], [3, 0, 0], [6, 0, 0]]}}],
         "steric": STERIC, "time": TIME,

@@ -64,7 +64,7 @@ def judge(cases: list[Case], folder: Path) -> None:
 
 
 def test_hostile_input(tmp_path):
-    numbers = {"scene": 200, "formula": 60, "mesh": 12, "stack": 20}
+    numbers = {"scene": 200, "formula": 60, "mesh": 12, "stack": 20, "line": 60}
     cases = [case for kind, count in numbers.items() for case in batch(kind, 0, count, tmp_path / kind)]
     judge(cases, tmp_path)
     assert {case.outcome for case in cases} >= {"ran", "refused"}
@@ -72,7 +72,7 @@ def test_hostile_input(tmp_path):
 
 @pytest.mark.long
 def test_much_hostile_input(tmp_path):
-    numbers = {"scene": 8000, "formula": 1200, "mesh": 300, "stack": 500}
+    numbers = {"scene": 8000, "formula": 1200, "mesh": 300, "stack": 500, "line": 1500}
     parts = [
         (kind, first, min(first + 250, count), tmp_path / f"{kind}{first}")
         for kind, count in numbers.items()

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fuzz import files, formulas, scenes
+from fuzz import files, formulas, lines, scenes
 
 SECONDS = 10.0
 """Allowed for a case, compilation of kernels included."""
@@ -36,6 +36,7 @@ MAKE: dict[str, Callable[[int, Path], str]] = {
     "formula": lambda number, folder: formulas.text(number),
     "mesh": files.mesh,
     "stack": files.stack,
+    "line": lines.line,
 }
 
 

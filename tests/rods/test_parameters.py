@@ -118,7 +118,7 @@ def test_mistakes_with_free_rods_name_the_parameter(given, said):
         ),
         ({"position": [[1.4, 0]]}, r"position: must be finite numbers \[rod, 3\]; has shape \(1, 2\)"),
         ({"direction": [[0, 1, 0], [0, 1, 0]]}, r"direction: must be finite numbers \(1, 3\)"),
-        ({"geodesic_curvature": [1.0, 2.0]}, "geodesic_curvature: must be a number, or numbers"),
+        ({"geodesic_curvature": [1.0, 2.0]}, "geodesic_curvature: must be a number, a formula of s, or numbers"),
         ({"geodesic_curvature": np.nan}, "geodesic_curvature: must be finite"),
         ({"ends": "free"}, "ends = 'free': must be a pair"),
         ({"ends": ("free", "pinned")}, "ends = 'pinned': must be one of free, clamped"),

@@ -114,7 +114,10 @@ def faults(scene) -> list[str]:
         ),
         ({"swimmers__shape": {"kind": "straight", "mode": 1}}, "a shape of kind straight has no mode; leave it out"),
         ({"swimmers__shape": {"balanced": False}}, "swimmers[0].shape.balanced: a shape of kind mode has no balanced"),
-        ({"swimmers__shape": {"kind": "wave"}}, 'swimmers[0].shape.kind = "wave": must be "mode", "writhe" or'),
+        (
+            {"swimmers__shape": {"kind": "wave"}},
+            'swimmers[0].shape.kind = "wave": must be one of "mode", "writhe", "straight",',
+        ),
         ({"swimmers__shape": {"kind": [1]}}, "swimmers[0].shape.kind = [1]: must be"),
         (
             {"swimmers__shape": {"amplitude": [1]}},

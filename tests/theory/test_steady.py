@@ -7,7 +7,9 @@ from reference.steady_u import amplitude_and_speed
 
 from warp_rods.errors import SceneError
 from warp_rods.rods.modes import coefficients
+from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
+from warp_rods.simulation.loop import Simulation
 from warp_rods.theory.steady import FixedShape, Swimmer, at_rest, settled, start
 from warp_rods.theory.steady_equations import Equations
 from warp_rods.theory.twisted_stability import growth_rates
@@ -151,6 +153,43 @@ def test_a_swimmer_from_a_scene_has_the_parameters_of_its_rod():
     swimmer = Swimmer.of(table, 1)
     assert (swimmer.planar, swimmer.parameters["bend"], swimmer.parameters["diffusion"]) == (True, 2e-3, 2e-3)
     assert Swimmer.of(table, planar=False).planar is False
+
+
+@pytest.mark.parametrize("given", [
+    Swimmer(65, {"bend": 5e-3, "twist": 1e-3}, symmetric=True),
+    Swimmer(33, {"bend": 4e-3, "twist": 1e-3, "drag_ratio": 1.7, "relaxation": 2e-2, "diffusion": 2e-3}),
+    Swimmer(65, {"bend": 5e-3, "twist": 1e-3}, symmetric=True, held=tuple(-np.tanh(8 * np.linspace(-0.5, 0.5, 65)))),
+], ids=["symmetric", "other parameters", "held"])  # fmt: skip
+def test_a_fixed_shape_written_as_a_scene_stays_there(given, tmp_path, verified, request):
+    """It starts from exactly that shape; the drift of its strains over a time 0.1 is round-off."""
+    shape = settled(given, {"kind": "mode", "amplitude": 3.0}, time=8.0)
+    simulation = Simulation(Scene.load(shape.write_scene(tmp_path / "u.toml", end=0.1)), "cpu")
+    rods = simulation.ensembles["cell"]
+    start = rods.strain
+    np.testing.assert_array_equal(start, shape.rods().strain)
+    np.testing.assert_array_equal(rods.activity[0], shape.activity)
+    # The law of held flagella has no diffusion.
+    same = [name for name in given.parameters if name != "diffusion" or given.held is None]
+    assert [rods.parameters(0)[name] for name in same] == [given.parameters[name] for name in same]
+    for _ in simulation.advance():
+        pass
+    assert simulation.finished and np.abs(start).max() > 0.5
+    verified.below(
+        "independent", f"fixed shape ({request.node.callspec.id}) as a scene: drift of strains in a time of 0.1",
+        measured=np.abs(rods.strain - start).max(), bound=1e-9, reference="Newton's method",
+    )  # fmt: skip
+
+
+def test_a_scene_of_a_fixed_shape_stands_beside_its_shape(tmp_path):
+    shape = symmetric_u(33, 5e-3)
+    for path, said in ((tmp_path / "u.txt", "must end in .toml"), (tmp_path / "no" / "u.toml", "there is no folder")):
+        with pytest.raises(SceneError, match=said):
+            shape.write_scene(path)
+    path = shape.write_scene(tmp_path / "u.toml", name="u")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["u.npz", "u.toml"]
+    path.write_text(path.read_text().replace("nodes = 33", "nodes = 65"))
+    rods = Simulation(Scene.load(path), "cpu").ensembles["u"]  # resampled
+    np.testing.assert_allclose(rods.strain[0, ::2], shape.rods().strain[0], rtol=0, atol=1e-12)
 
 
 def test_impossible_arguments_are_refused():

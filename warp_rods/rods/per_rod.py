@@ -8,6 +8,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
+from warp_rods.formula import FormulaError, function_of_arc_length
 
 
 def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
@@ -31,6 +32,23 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
     if len(rows) != count:
         raise ValueError(f"{len(rows)} rows do not fit {count} rods")
     return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])
+
+
+def along(name: str, value: Any, s: np.ndarray) -> np.ndarray:
+    """Values [node] of a formula of s at arc lengths s [node], −1/2 to 1/2, or of a number; raises SceneError."""
+    if not isinstance(value, str):
+        return np.full(len(s), arguments.real(name, value, arguments.ANY))
+    try:
+        function = function_of_arc_length(value)
+    except FormulaError as error:
+        raise SceneError(f"{name} = {value!r}: {error}") from None
+    values = np.empty(len(s))
+    for node, at in enumerate(s):
+        try:
+            values[node] = function(at)
+        except FormulaError as error:
+            raise SceneError(f"{name} = {value!r}: at s = {at:.4g}, {error}") from None
+    return values
 
 
 def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:

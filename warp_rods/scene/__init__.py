@@ -2,6 +2,7 @@
 
 scene                                the whole scene: ``Scene.load(path)``, ``Scene.parse(text)``, ``Scene(...)``
 filaments, swimmers, box, tables     the tables of a scene
+shapes                               kinds of shape at the start
 flagella                             activity laws and profiles of swimmers
 ensemble, per_rod                    common parts of the tables of rods
 checks                               the base class of tables: every fault in one message

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
 from warp_rods.scene.per_rod import (
@@ -23,6 +24,7 @@ from warp_rods.scene.per_rod import (
     ZeroOrMoreEach,
     is_list,
 )
+from warp_rods.scene.shapes import FilamentShape, FormulaText, each_of_start
 from warp_rods.values import Positive, ZeroOrMore, shown
 
 __all__ = ["FilamentsTable", "GrowthTable", "Placement"]
@@ -36,8 +38,10 @@ class Placement(Table):
     )
     position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
     direction: tuple[Direction, ...] = Field(description="a list of directions [dx, dy, dz], one for each rod")
-    geodesic_curvature: Each[NumberEach] = Field(
-        default=0.0, description="a number, or a list that has for each rod a number or a list with one for each node"
+    geodesic_curvature: WordOrTable[FormulaText, Each[NumberEach]] = Field(
+        default=0.0,
+        description="a number, a formula of s, or a list that has for each rod a number or a list with one for each "
+        "node",
     )
 
 
@@ -109,7 +113,7 @@ class FilamentsTable(EnsembleTable):
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES)]] = Field(
         description='a whole number, 9 or more, at most 100 000, or "auto"'
     )
-    length: PositiveEach = Field(description="a positive number" + OR_EACH)
+    length: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
     stiffness: EachVector[tuple[Positive, Positive, Positive]] = Field(
         description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_EACH
     )
@@ -122,8 +126,12 @@ class FilamentsTable(EnsembleTable):
     ends: tuple[Literal["free", "clamped"], Literal["free", "clamped"]] = Field(
         default=("free", "free"), description='a pair such as ["free", "free"], each "free" or "clamped"'
     )
-    placement: WordOrTable[Literal["random"], Placement] = Field(
-        default="random", description='"random" or a table { at, position, direction, geodesic_curvature }'
+    placement: WordOrTable[Literal["random"], Placement] | None = Field(
+        default=None, description='"random" or a table { at, position, direction, geodesic_curvature }'
+    )
+    shape: FilamentShape | None = Field(
+        default=None,
+        description="a table { points, … } or { run, … }, which also says where they are",
     )
     growth: GrowthTable | None = Field(default=None, description="a table { rate, until } or { time, length }")
     bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
@@ -131,6 +139,18 @@ class FilamentsTable(EnsembleTable):
         min_length=1,
         description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
     )
+
+    @property
+    def known_length(self) -> float | tuple[float, ...]:
+        """``length``, known once the scene is laid out; raises SceneError where it is still to be read from a file."""
+        if self.length is None:
+            raise SceneError("length: must be a number here; that of the shape is known once the scene is laid out")
+        return self.length
+
+    @classmethod
+    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """The table with random placement where neither a placement nor a shape says where filaments are."""
+        return data if "shape" in data else {"placement": "random", **data}
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -146,6 +166,8 @@ class FilamentsTable(EnsembleTable):
             *_stiffness_faults(good),
             *_tip_faults(raw, good),
             *_body_faults(good),
+            *_start_faults(raw, good),
+            *each_of_start(raw, good),
         ]
 
 
@@ -166,10 +188,24 @@ def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
 
 
 def _body_faults(good: dict[str, Any]) -> Faults:
-    if good.get("bodies") is None or isinstance(good.get("placement", "random"), str):
+    if good.get("bodies") is None or ("shape" not in good and isinstance(good.get("placement", "random"), str)):
         return []
     text = f" = {shown(good['bodies'])}: is for random placement; given positions are on the body nearest to them"
     return [fault(("bodies",), good["bodies"], text)]
+
+
+def _start_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Filaments without a length, and those whose place is given twice."""
+    if "shape" not in raw:
+        missing = ": missing; must be a positive number, or a list with one for each rod"
+        return [fault(("length",), raw, missing)] if "length" not in raw else []
+    if "length" in good and isinstance(good.get("shape"), dict) and "run" in good["shape"]:
+        text = f" = {shown(good['length'])}: filaments of a run have their length; leave it out"
+        return [fault(("length",), good["length"], text)]
+    if "placement" in good:
+        text = f" = {shown(good['placement'])}: shape says where the filaments are: leave one of them out"
+        return [fault(("placement",), good["placement"], text)]
+    return []
 
 
 def _node_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

@@ -84,10 +84,7 @@ class Scene(Table):
             tables = tomllib.loads(scene)
         except (ValueError, RecursionError) as error:  # a number of 5000 digits raises another ValueError
             raise SceneError(f"this is not TOML: {error}") from None
-        box = tables.get("box")
-        for surface in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None):
-            if isinstance(surface, dict) and isinstance(surface.get("file"), str):
-                surface["file"] = str(Path(folder) / surface["file"])
+        with_whole_paths(tables, Path(folder))
         try:
             return cls(**tables)
         except RecursionError:
@@ -157,6 +154,25 @@ class Scene(Table):
             found = motion_faults(good["surface"]["kind"], values, good["time"]["end"])
             faults += [fault(("surface", *loc), raw, text) for loc, text in found]
         return faults
+
+
+def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
+    """Put ``folder`` before the relative paths in the tables of a scene; returns whether there were some."""
+    box = tables.get("box")
+    surfaces = (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None)
+    ensembles = [tables.get(key) for key in ("filaments", "swimmers")]
+    rods = [table for each in ensembles if isinstance(each, list) for table in each if isinstance(table, dict)]
+    owners = [(table, "file") for table in surfaces] + [
+        (t.get("shape"), key) for t in rods for key in ("points", "run")
+    ]
+    found = False
+    for table, key in owners:
+        value = table.get(key) if isinstance(table, dict) else None
+        paths = value if isinstance(value, list) else [value]
+        whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
+        if isinstance(table, dict) and whole != paths:
+            table[key], found = whole if isinstance(value, list) else whole[0], True
+    return found
 
 
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:

@@ -7,57 +7,14 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import AfterValidator, Field
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
-from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.checks import Faults, Table
 from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
-from warp_rods.scene.per_rod import (
-    OR_EACH,
-    Direction,
-    NumberEach,
-    Vector,
-    WordOrTable,
-    ZeroOrMoreEach,
-)
+from warp_rods.scene.per_rod import OR_EACH, Direction, NumberEach, Vector, WordOrTable
+from warp_rods.scene.shapes import ShapeTable, each_of_start
 
 __all__ = ["Arrangement", "FreePlacement", "ShapeTable", "SwimmersTable"]
-
-
-SHAPE_DEFAULTS: dict[str, dict[str, Any]] = {"mode": {"mode": 0}, "writhe": {"balanced": True}, "straight": {}}
-"""Kind of shape → keys that only this kind has, with defaults."""
-
-
-class ShapeTable(Table):
-    """The initial shape: a beam mode times an amplitude, the writhe (C.63)–(C.66), or straight; perhaps perturbed."""
-
-    kind: Literal["mode", "writhe", "straight"] = Field(default="mode", description='"mode", "writhe" or "straight"')
-    mode: int | None = Field(
-        default=None, ge=0, le=MOST_NODES // 2, description="a whole number, 0 or more, at most 50 000"
-    )
-    amplitude: NumberEach = Field(default=1.0, description="a number" + OR_EACH)
-    perturbation: ZeroOrMoreEach | None = Field(
-        default=None,
-        description="0 or a positive number" + OR_EACH + ": the size of a random bending, by the seed of the scene",
-    )
-    balanced: bool | None = Field(
-        default=None,
-        description="true or false: whether the twist of a writhe balances the active torque, or is (C.63) as printed",
-    )
-
-    @classmethod
-    def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
-        kind = data.get("kind", "mode")
-        return {**SHAPE_DEFAULTS.get(kind, {}), **data} if isinstance(kind, str) else data
-
-    @classmethod
-    def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        kind = good.get("kind", "mode" if "kind" not in raw else None)
-        return [
-            fault((key,), raw[key], f": a shape of kind {kind} has no {key}; leave it out")
-            for other, defaults in SHAPE_DEFAULTS.items()
-            for key in defaults
-            if kind not in (None, other) and key in good
-        ]
 
 
 class FreePlacement(Table):
@@ -113,7 +70,8 @@ class SwimmersTable(EnsembleTable):
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
     shape: ShapeTable = Field(
-        default_factory=ShapeTable, description="a table { kind, mode, amplitude, perturbation, balanced }"
+        default_factory=ShapeTable,
+        description="a table such as { mode, amplitude }, { bend, twist }, { points, smoothing } or { run, frame }",
     )
     symmetric: bool = Field(default=False, description="true or false")
     placement: WordOrTable[Arrangement, FreePlacement] | None = Field(
@@ -125,7 +83,7 @@ class SwimmersTable(EnsembleTable):
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
-        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella))
+        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella)) + each_of_start(raw, good)
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:

@@ -5,7 +5,9 @@ loop, frames, hooks                  the loop from frame to frame, and user func
 watch, report                        warnings about results; messages of a run
 runner, opening, saver               one run into its folder, with progress: how it begins, what it saves
 run_folder, checkpoint, files        the folder: scene, trajectory, checkpoint; files replaced as a whole
-begun, kept_surfaces                 the run that a folder holds, and the surfaces that it keeps
+starts, start_arrays                 shapes at the start that are from files, and what they are
+measured_starts, run_starts          those of measured centre lines, and of rods of a run
+begun, kept_surfaces, kept_starts    the run that a folder holds, and the surfaces and starts that it keeps
 leftovers, storage                   what killed runs leave; full disks in words
 interruption, stopping, portions     signals, and leaving a run between two frames
 output                               variables that are saved

@@ -15,8 +15,10 @@ from warp_rods.scene.tables import Time
 from warp_rods.simulation.document import Document
 from warp_rods.simulation.files import digest
 from warp_rods.simulation.frames import Frames
+from warp_rods.simulation.kept_starts import KEPT_STARTS, tables_from_files
 from warp_rods.simulation.kept_surfaces import NAMES, from_files, with_files
 from warp_rods.simulation.resolution import with_nodes
+from warp_rods.simulation.starts import kept_path, sources_of
 from warp_rods.simulation.store import STORE
 from warp_rods.values import key_path, shown
 
@@ -36,7 +38,7 @@ class Begun:
     scene: Scene
     text: str
     """The scene as the store has it, with names of kept files relative to the folder."""
-    kept: Mapping[str, Mapping[str, str]]
+    kept: Mapping[str, Mapping[str, Any]]
 
     @classmethod
     def read(cls, path: Path) -> Begun:
@@ -60,12 +62,30 @@ class Begun:
                 continue
             edited |= _edited(key, Path(table.parameters["file"]), self.path / NAMES[key], origin)
             files[key] = str(self.path.resolve() / NAMES[key])
+        if KEPT_STARTS in self.kept:
+            edited |= self._edited_starts(scene)
+            files["shape"] = str(self.path.resolve() / KEPT_STARTS)
         scene = with_nodes(with_files(scene, files), _numbers_of_nodes(self.scene))
         time = scene.time
         if time.save_every == Time.filled({"end": time.end, "step": time.step or 0.0})["save_every"]:
             scene = _with_time(scene, save_every=self.scene.time.save_every)
         self._refuse(self._differences(scene) | edited)
         return scene
+
+    def _edited_starts(self, scene: Scene) -> dict[str, str]:
+        """A line for each shape whose file is not what the run began with, by content."""
+        kept, edited = self.path / KEPT_STARTS, {}
+        for key, table in tables_from_files(scene).items():
+            if (path := kept_path(table)) is not None and path.resolve() == kept.resolve():
+                continue
+            began = {sha for _, sha in self.kept[KEPT_STARTS]["sources"].get(table.name, ())}
+            for source, sha in sources_of(table, scene):
+                if sha not in began:
+                    edited[f"{key}.shape"] = (
+                        f"{key}.shape: {source} with SHA-256 {sha} in the scene is not what the run began with: it was "
+                        f"edited or is another; {kept} is the start of the run"
+                    )
+        return edited
 
     def _differences(self, scene: Scene) -> dict[str, str]:
         """A line for each key in which a scene differs from that of the run, steps as they would be taken."""

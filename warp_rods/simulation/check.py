@@ -15,6 +15,7 @@ from warp_rods.simulation.begun import KEPT
 from warp_rods.simulation.checkpoint import CHECKPOINT, read_checkpoint
 from warp_rods.simulation.document import FRAMES, METADATA, Document, moves
 from warp_rods.simulation.files import digest
+from warp_rods.simulation.kept_starts import KEPT_STARTS
 from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.run_folder import SCENE
 from warp_rods.simulation.store import STORE
@@ -102,7 +103,8 @@ def _folder_faults(path: Path, document: Document) -> Iterator[str]:
         yield f"{path / SCENE} cannot be read ({fault}); the trajectory holds the scene as run"
     for name, origin in document.attributes.get(KEPT, {}).items():
         if not (path / name).is_file() or digest(path / name) != origin["sha256"]:
-            yield f"{path / name} is missing or damaged: the surface from {origin['source']}, kept by the run"
+            what = "the start of rods" if name == KEPT_STARTS else "the surface"
+            yield f"{path / name} is missing or damaged: {what} from {origin['source']}, kept by the run"
     try:
         frame = int(read_checkpoint(path)["frame"])
         if frame >= document.attributes[FRAMES]:

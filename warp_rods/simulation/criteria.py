@@ -16,10 +16,11 @@ from warp_rods import arguments
 from warp_rods.rods.free.along import Along, at_nodes
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
-from warp_rods.rods.per_rod import each_rod
+from warp_rods.rods.per_rod import along, each_rod
 from warp_rods.scene.along import AtNodes, given_along
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
+from warp_rods.scene.shapes import ShapeTable
 from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.samples import Sample
@@ -40,6 +41,8 @@ UNBALANCED = 10.0
 """The twist moment of a writhe that is not balanced (C.63), in units of the balanced one."""
 CELLS_PER_HALF_WAVE = 18
 """Cells for each half-wave of a beam mode at the start."""
+MOST_CELLS = 1e6
+"""Cells that are asked for by a formula, at most."""
 BENT_START = 1.0
 """Bending in radians per cell of a swimmer at the start."""
 FEWEST_CELLS = 16
@@ -71,16 +74,32 @@ class Criterion:
     cells: int = 0
 
 
-def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None) -> list[Criterion]:
-    """What the nodes of swimmers must resolve: bending under their thrust, twist, the start, and contact."""
-    return [_buckling(table), *_twist(table), *_natural(table), *_start(table), *_contact(steric)]
+def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None, bent: float = 0.0) -> list[Criterion]:
+    """What the nodes of swimmers must resolve: bending under their thrust, twist, the start, and contact.
+
+    bent: the largest curvature of a start that is from a file.
+    """
+    return [
+        _buckling(table),
+        *_twist(table),
+        *_natural(table),
+        *_start(table),
+        *_bent_start(bent, BENT_START),
+        *_contact(steric),
+    ]
 
 
-def criteria_of_filaments(table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None) -> list[Criterion]:
-    """What the nodes of filaments must resolve on a membrane, which is given by samples of it."""
+def criteria_of_filaments(
+    table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None, bent: float = 0.0
+) -> list[Criterion]:
+    """What the nodes of filaments must resolve on a membrane, which is given by samples of it.
+
+    bent: the largest geodesic curvature of a start that is from a file.
+    """
     principal = np.concatenate([sample.principal for sample in samples])
     few = Criterion(f"a filament has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
-    found = [few, *_angles(table, principal), *_variation(samples), *_turning(table, principal), *_contact(steric)]
+    found = [few, *_angles(table, principal), *_variation(samples), *_turning(table, principal)]
+    found += [*_bent_start(bent, LARGEST_ANGLE), *_contact(steric)]
     if table.growth is not None and table.growth.spacing is not None:
         found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
     return found
@@ -163,7 +182,9 @@ def _twist(table: SwimmersTable) -> list[Criterion]:
 
 def _start(table: SwimmersTable) -> list[Criterion]:
     shape = table.shape
-    if shape.kind == "straight":
+    if shape.kind == "formula":
+        return _formula_start(shape)
+    if shape.kind == "straight" or shape.from_file:
         return []
     mode = shape.mode or 0
     waves = mode + 1.5
@@ -173,11 +194,34 @@ def _start(table: SwimmersTable) -> list[Criterion]:
             cells=math.ceil(CELLS_PER_HALF_WAVE * waves),
         )
     ]
-    curvature = float(np.max(np.abs(shape.amplitude)) * np.abs(beam_mode(mode, np.linspace(-0.5, 0.5, 2001))).max())
-    if curvature > 0:
-        reason = f"the curvature at the start reaches {curvature:.3g}: it bends by {BENT_START:g} radian a cell at most"
-        found.append(Criterion(reason, BENT_START / curvature))
-    return found
+    largest = float(np.abs(beam_mode(mode, np.linspace(-0.5, 0.5, 2001))).max())
+    return [*found, *_bent_start(_amplitude(shape) * largest, BENT_START)]
+
+
+def _formula_start(shape: ShapeTable) -> list[Criterion]:
+    """As of the mode whose slope is as steep against its size as that of the formulas."""
+    s = np.linspace(-0.5, 0.5, 2001)
+    given = {name: getattr(shape, name) for name in ("bend1", "bend2", "bend") if getattr(shape, name) is not None}
+    k = np.array([along(f"shape.{name}", value, s) for name, value in given.items()] or [0.0 * s])
+    size, slope = (float(np.linalg.norm(values, axis=0).max()) for values in (k, np.gradient(k, s, axis=1)))
+    if size == 0:
+        return []
+    waves = max(slope / (math.pi * size), 1.0)
+    reason = f"the {waves:.3g} half-waves of the formulas at the start have {CELLS_PER_HALF_WAVE} cells each"
+    cells = Criterion(reason, cells=math.ceil(min(CELLS_PER_HALF_WAVE * waves, MOST_CELLS)))
+    return [cells, *_bent_start(_amplitude(shape) * size, BENT_START)]
+
+
+def _amplitude(shape: ShapeTable) -> float:
+    """The largest amplitude of a rod."""
+    return float(np.max(np.abs(1.0 if shape.amplitude is None else shape.amplitude)))
+
+
+def _bent_start(curvature: float, angle: float) -> list[Criterion]:
+    if curvature <= 0:
+        return []
+    reason = f"the curvature at the start reaches {curvature:.3g}: it bends by {angle:g} radian a cell at most"
+    return [Criterion(reason, angle / curvature)]
 
 
 # --- filaments --------------------------------------------------------------------------------------------------------
@@ -185,8 +229,8 @@ def _start(table: SwimmersTable) -> list[Criterion]:
 
 def _angles(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
     """The membrane bends the filament, and its intrinsic strains do, and a start that is curved."""
-    placed = table.placement if isinstance(table.placement, str) else table.placement.geodesic_curvature
-    start = 0.0 if isinstance(placed, str) else _largest(placed)
+    placed = table.placement
+    start = 0.0 if placed is None or isinstance(placed, str) else _largest_geodesic(placed.geodesic_curvature)
     membrane, intrinsic = float(np.abs(principal).max(initial=0.0)), float(np.abs(table.intrinsic).max())
     words = {"curvatures of the membrane": membrane, "intrinsic strains": intrinsic, "curvatures at the start": start}
     what, largest = max(words.items(), key=lambda item: item[1])
@@ -205,6 +249,13 @@ def _variation(samples: Sequence[Sample]) -> list[Criterion]:
     largest = VARIES * length
     reason = f"curvatures of the membrane vary over a length √(κ/κ'') = {length:.3g}: Δs ≤ {VARIES:g} of it"
     return [Criterion(reason, largest)]
+
+
+def _largest_geodesic(given: str | float | Sequence) -> float:
+    """The largest absolute value of a formula of s, or of what has numbers."""
+    if isinstance(given, str):
+        given = along("placement.geodesic_curvature", given, np.linspace(-0.5, 0.5, 1001)).tolist()
+    return _largest(given)
 
 
 def _largest(values: float | Sequence) -> float:

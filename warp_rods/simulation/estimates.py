@@ -87,7 +87,7 @@ def needs(scene: Scene) -> Iterator[Need]:
             arrays = footprint.arrays
             if steric is not None and steric.strength > 0:
                 reach = 2 * (CUTOFF * steric.range + steric.core)
-                near = min(nodes, reach * (nodes - 1) / float(np.max(getattr(table, "length", 1.0))))
+                near = min(nodes, reach * (nodes - 1) / float(np.max(getattr(table, "length", None) or 1.0)))
                 more = footprint.contact + BYTES_OF_A_PAIR * max(near - PLACES, 0.0)
                 arrays, device, host = arrays + more, device + more, 2 * host
             rod = nodes * (arrays + host) + footprint.rod

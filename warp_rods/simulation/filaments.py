@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 ROUGH_AREA = 400
 """Intersections from which an area is known to about a tenth."""
+ROUGH_NODES = 65
+"""Nodes with which lengths from files are known well, before the number of nodes is chosen."""
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 
@@ -37,20 +39,29 @@ def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
     """The number of nodes of a table, by the curvatures of the membrane where its filaments may be."""
     surface, end = layout.surface, layout.scene.time.end
     assert surface is not None  # a scene of filaments without a surface is refused
+    table, bent = _with_length(layout, table), layout.bending_at_start(table.name)
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
     samples = samples_of(surface, end, part_of(surface, table.bodies))
-    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric))
+    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric, bent))
+
+
+def _with_length(layout: Layout, table: FilamentsTable) -> FilamentsTable:
+    """The table with the lengths of its shape, if that is from a file."""
+    if table.shape is None:
+        return table
+    arrays, _ = layout.starts[table.name].at(ROUGH_NODES if isinstance(table.nodes, str) else table.nodes)
+    return table.model_copy(update={"length": tuple(arrays["length"].tolist())})
 
 
 def build_filaments(layout: Layout, table: FilamentsTable) -> None:
     """Add an ensemble of filaments to the layout."""
-    surface = layout.surface
+    surface, table = layout.surface, _with_length(layout, table)
     assert surface is not None
 
     def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
-            "length": each_rod(table.length, table.count)[rods],
+            "length": each_rod(table.known_length, table.count)[rods],
             **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
         }
         growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
@@ -60,17 +71,27 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
         )  # fmt: skip
 
     part = part_of(surface, table.bodies)
-    if table.placement == "random":
+    if table.shape is not None:
+        arrays, middle = layout.start_of(table), table.node_count // 2
+        placed = {"geodesic_curvature": arrays["geodesic_curvature"]}
+        rods = build(arrays["line"][:, middle], arrays["tangent"][:, middle], **placed)
+        _refuse_lost(rods, "shape")
+    elif (p := table.placement) is None or isinstance(p, str):
         position, direction = _random(layout, table, part, build)
         rods = build(position, direction)
     else:
-        p = table.placement
-        geodesic = each_node(p.geodesic_curvature, table.count, table.node_count)
+        geodesic: Any = p.geodesic_curvature
+        if not isinstance(geodesic, str):
+            geodesic = each_node(geodesic, table.count, table.node_count)
         rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
-        if len(lost := np.flatnonzero(rods.status)):
-            what = Status(int(rods.status[lost[0]])).words
-            raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
+        _refuse_lost(rods, "placement")
     layout.ensembles[table.name] = rods
+
+
+def _refuse_lost(rods: BoundRods, key: str) -> None:
+    if len(lost := np.flatnonzero(rods.status)):
+        what = Status(int(rods.status[lost[0]])).words
+        raise SceneError(f"{key}: rod {lost[0]} {what}: place it elsewhere, or shorten it")
 
 
 def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
@@ -94,7 +115,7 @@ def _check_length(surface: Surface, table: FilamentsTable) -> None:
 
 def _refuse_crowd(surface: Surface, part: placement.Part | None, table: FilamentsTable, clearance: float) -> None:
     """Raises SceneError where the filaments of a table cannot fit; where half the room would do a glance is enough."""
-    lengths = each_rod(table.length, table.count)
+    lengths = each_rod(table.known_length, table.count)
     rough = _room(surface, part, table, clearance, ROUGH_AREA)
     if area_for(lengths, clearance) > rough / 2:
         refuse_crowd_on(lengths, clearance, _room(surface, part, table, clearance, placement.AREA_CROSSINGS))
@@ -108,7 +129,7 @@ def _room(
     if surface.closed or np.isfinite(ends_of(surface)).all():
         return found
     sides = np.subtract(*surface.box[::-1])
-    wider = np.sort(1 + (float(np.max(table.length)) + clearance) / sides)
+    wider = np.sort(1 + (float(np.max(table.known_length)) + clearance) / sides)
     return found * float(np.prod(wider[1:]))
 
 
@@ -133,11 +154,13 @@ def _random(
                 return (position, direction), made
             position[out], direction[out] = drawn(len(out))
             made = build(position, direction, rods)
-        raise SceneError(f"length = {np.max(table.length):g}: no place was found where the filament is in the box")
+        raise SceneError(
+            f"length = {np.max(table.known_length):g}: no place was found where the filament is in the box"
+        )
 
     if steric is None:
         return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
-    spacing = float(np.max(table.length)) / (table.node_count - 1)
+    spacing = float(np.max(table.known_length)) / (table.node_count - 1)
 
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
         poses, made = inside(rods)

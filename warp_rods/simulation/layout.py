@@ -16,6 +16,8 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.free.shapes import perturbed
+from warp_rods.rods.per_rod import each_rod
 from warp_rods.scene.along import given_along
 from warp_rods.scene.ends import given_end
 from warp_rods.scene.scene import Scene
@@ -25,8 +27,12 @@ from warp_rods.simulation.criteria import criteria_of_swimmers
 from warp_rods.simulation.estimates import check_memory
 from warp_rods.simulation.filaments import build_filaments, nodes_of_filaments
 from warp_rods.simulation.resolution import Resolution, resolution
+from warp_rods.simulation.start_arrays import Arrays, Given, largest_bending
+from warp_rods.simulation.starts import read_start
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
 
+NODES_OF_BENDING = 257
+"""Nodes at which the curvature of a start from a file is found before its number of nodes is chosen."""
 CLOSE_START = 0.5
 """Users are warned of rods that start closer than this, in units of the steric core; the force between crossing rods is
 largest at about that distance."""
@@ -46,8 +52,20 @@ class Layout:
     ensembles: dict[str, Any] = field(default_factory=dict)
     arranged: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
     """Poses of swimmers that are placed together, by arrangement and name."""
+    starts: dict[str, Given] = field(default_factory=dict)
+    """Shapes that are from files, by the name of the ensemble."""
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+    def start_of(self, table: Any) -> Arrays:
+        """The start of an ensemble from a file, at the nodes of its table; tells what was done with it."""
+        arrays, told = self.starts[table.name].at(table.node_count)
+        self.notes += [line for line in told if line not in self.notes]
+        return arrays
+
+    def bending_at_start(self, name: str) -> float:
+        """The largest curvature at a node of a start from a file, 0 of others; 1/length."""
+        return largest_bending(self.starts[name].at(NODES_OF_BENDING)[0]) if name in self.starts else 0.0
 
     def random(self, name: str) -> np.random.Generator:
         """A random generator for one ensemble, so that an additional ensemble does not change the others."""
@@ -67,6 +85,7 @@ def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
     check_memory(scene, device)
     layout = Layout(scene, device, *build_surfaces(scene))
+    _read_starts(layout)
     for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
         notes, warnings = lines_on_data(scene, path, surface)
         layout.notes += notes
@@ -103,6 +122,15 @@ def _naming(kind: str, index: int) -> Iterator[None]:
         yield
     except SceneError as error:
         raise SceneError(f"{kind}[{index}].{error}") from None
+
+
+def _read_starts(layout: Layout) -> None:
+    """Read the shapes that are from files."""
+    for kind in BUILDERS:
+        for index, table in enumerate(getattr(layout.scene, kind)):
+            if table.shape is not None and table.shape.from_file:
+                with _naming(kind, index):
+                    layout.starts[table.name] = read_start(table, layout.scene, layout.surface)
 
 
 def _choose_nodes(layout: Layout) -> Scene:
@@ -144,14 +172,20 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
 
 
 def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
+    shape: Any = table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)}
+    flagella = table.flagella.model_dump()
+    if table.shape.from_file:
+        arrays, size = layout.start_of(table), table.shape.perturbation or 0.0
+        shape = perturbed(arrays["strain"], size, each_rod(table.moment, table.count), shape["seed"])
+        flagella |= {"profile": arrays["activity"]} if "activity" in arrays else {}
     return FreeRods(
         table.count,
         table.node_count,
         moment=table.moment,
         symmetric=table.symmetric,
         **_along(table),
-        flagella=table.flagella.model_dump(),
-        shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
+        flagella=flagella,
+        shape=shape,
         **placed,
         device=layout.device,
     )
@@ -182,7 +216,7 @@ def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarra
 
 
 def _swimmer_nodes(layout: Layout, table: SwimmersTable) -> Resolution:
-    return resolution(table, criteria_of_swimmers(table, layout.scene.steric))
+    return resolution(table, criteria_of_swimmers(table, layout.scene.steric, layout.bending_at_start(table.name)))
 
 
 def _swimmers(layout: Layout, table: SwimmersTable) -> None:
@@ -193,6 +227,9 @@ def _swimmers(layout: Layout, table: SwimmersTable) -> None:
         placed = layout.arranged[table.placement][table.name]
     elif table.placement is not None:
         placed = given_poses(table.placement.position, table.placement.direction)
+    elif table.shape.from_file:
+        arrays = layout.start_of(table)
+        placed = {name: arrays[name] for name in ("position", "rotation")}
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     wall = layout.scene.box and layout.scene.box.wall
     if not (table.symmetric or layout.scene.steric or wall):

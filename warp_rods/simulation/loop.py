@@ -34,7 +34,17 @@ class Simulation(metaclass=Documented):
     """
 
     _unlisted = frozenset(
-        {"by_error", "rod_steps", "interacting", "frozen", "can_be_left", "trial", "new_failures", "new_warnings"}
+        {
+            "starts",
+            "by_error",
+            "rod_steps",
+            "interacting",
+            "frozen",
+            "can_be_left",
+            "trial",
+            "new_failures",
+            "new_warnings",
+        }
     )
 
     def __init__(self, scene: Scene, device: str | None = None):
@@ -48,6 +58,8 @@ class Simulation(metaclass=Documented):
         self.notes = laid_out.notes
         self.surfaces = {"surface": laid_out.surface, "box.surface": laid_out.container}
         """The membrane and the container of its box, None where there is none."""
+        self.starts = laid_out.starts
+        """Shapes of rods that are from files, by the name of the ensemble."""
         self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.keep()

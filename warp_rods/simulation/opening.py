@@ -48,7 +48,7 @@ def opened(
     attributes = _attributes(simulation)
     if resume:
         return RunFolder.resume(folder, simulation.scene, attributes, simulation.restore)
-    surfaces = KeptSurfaces(simulation.scene, simulation.surfaces)
+    surfaces = KeptSurfaces(simulation.scene, simulation.surfaces, simulation.starts)
     kept = RunFolder.create(
         folder, _groups(simulation), attributes, scene=simulation.scene, surfaces=surfaces, overwrite=overwrite,
         expected=expected,

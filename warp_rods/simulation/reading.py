@@ -15,6 +15,7 @@ from xarray.core import indexing  # see "How to add a new backend" of xarray; he
 
 from warp_rods import arguments
 from warp_rods.errors import RunFolderError
+from warp_rods.scene.scene import with_whole_paths
 from warp_rods.simulation.chunks import Chunks
 from warp_rods.simulation.document import CHECKSUM, FRAMES, Document
 from warp_rods.simulation.earlier import labelled
@@ -53,12 +54,7 @@ def _with_whole_paths(scene: str, folder: Path) -> str:
         tables = tomllib.loads(scene)
     except ValueError:
         return scene
-    box = tables.get("box")
-    files = [t for t in (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None) if t]
-    relative = [t for t in files if isinstance(t.get("file"), str) and not Path(t["file"]).is_absolute()]
-    for table in relative:
-        table["file"] = str(folder.resolve() / table["file"])
-    return tomli_w.dumps(tables) if relative else scene
+    return tomli_w.dumps(tables) if with_whole_paths(tables, folder.resolve()) else scene
 
 
 class _Lazy(BackendArray):

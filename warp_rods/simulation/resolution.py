@@ -79,7 +79,7 @@ def nodes_needed(table: EnsembleTable, criterion: Criterion) -> int:
     length = largest_length(table)
     growth = table.growth if isinstance(table, FilamentsTable) else None
     if growth is not None and growth.largest_spacing <= criterion.spacing:
-        length = float(np.max(table.length))  # type: ignore[union-attr]  # more nodes are inserted as it grows
+        length = float(np.max(table.known_length))  # type: ignore[union-attr]  # more nodes are inserted as it grows
     by_spacing = length / criterion.spacing * (1 - ROUND_OFF) if criterion.spacing > 0 else math.inf
     cells = max(criterion.cells, math.ceil(min(by_spacing, MOST_NEEDED)))
     fewest = type(table).FEWEST_NODES
@@ -92,7 +92,7 @@ def largest_length(table: EnsembleTable) -> float:
         return 1.0
     growth = table.growth
     grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]
-    return max(float(np.max(v)) for v in (table.length, *grown))
+    return max(float(np.max(v)) for v in (table.known_length, *grown))
 
 
 def _refuse_unseen_mode(table: SwimmersTable, nodes: int) -> None:

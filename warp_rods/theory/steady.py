@@ -7,6 +7,7 @@ at every node.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,15 @@ class FixedShape(metaclass=Documented):
     def rods(self) -> FreeRods:
         """An ensemble of this one rod, which can be stepped in time."""
         return self.swimmer.rods(self.fields[None], self.swimmer.parameters, self.swimmer.symmetric)
+
+    def write_scene(self, path: str | Path, end: float = 10.0, name: str = "cell") -> Path:
+        """Write a scene that starts from exactly this shape, which is in a file ``.npz`` beside it; returns its path.
+
+        Files of these names are replaced. Raises SceneError where it cannot be written.
+        """
+        from warp_rods.theory.steady_scene import write_scene
+
+        return write_scene(self, path, end, name)
 
     @property
     def speed(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.per_rod import parameter
+from warp_rods.rods.per_rod import along, parameter
 from warp_rods.scene.filaments import NO_TIP
 
 if TYPE_CHECKING:
@@ -42,8 +42,10 @@ def rows_of_three(name: str, given: Any, count: int | None = None) -> np.ndarray
 
 
 def geodesic_curvatures(given: Any, count: int, nodes: int) -> np.ndarray:
-    """Ω [rod, node] from a number, or from values [node] or [rod, node]; raises SceneError."""
-    expected = f"a number, or numbers [node] or [rod, node] for {count} rods of {nodes} nodes"
+    """Ω [rod, node] from a number, a formula of s, or values [node] or [rod, node]; raises SceneError."""
+    if isinstance(given, str):
+        given = along("geodesic_curvature", given, np.linspace(-0.5, 0.5, nodes))
+    expected = f"a number, a formula of s, or numbers [node] or [rod, node] for {count} rods of {nodes} nodes"
     return arguments.fitted("geodesic_curvature", given, (count, nodes), expected)
 
 

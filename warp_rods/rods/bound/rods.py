@@ -39,11 +39,11 @@ class BoundRods(BoundReadings, Ensemble):
     """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
 
     surface: from ``surfaces.make``. position, direction [rod, 3]: the middle node (with ``at="start"`` the first node)
-    and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a number, or
-    values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥,
-    ζ⊥, ζr): one for all rods or one for each. ends: "free" (D.59) to (D.61) or "clamped", for the first and the last
-    node; free on a moving membrane. growth: see ``growth.knots``; free tips grow, and nodes keep their fractions of the
-    length. The units of length, force and time are arbitrary.
+    and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a number, a
+    formula of s, or values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending),
+    intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each. ends: "free" (D.59) to (D.61) or "clamped", for
+    the first and the last node; free on a moving membrane. growth: see ``growth.knots``; free tips grow, and nodes keep
+    their fractions of the length. The units of length, force and time are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.

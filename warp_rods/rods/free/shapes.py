@@ -12,7 +12,9 @@ from warp_rods import arguments
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.modes import beam_mode
-from warp_rods.rods.per_rod import parameter
+from warp_rods.rods.per_rod import along, parameter
+from warp_rods.scene.shapes import SHAPES as KINDS
+from warp_rods.scene.shapes import kind_of
 
 DEFAULT_FLAGELLA = Flagella()
 PERTURBED = 6
@@ -41,9 +43,22 @@ def straight(s, amplitude, parameters, flagella):
     return _strain(0.0, 0.0, 0.0 * amplitude * s)
 
 
-SHAPES: dict[str, Callable[..., np.ndarray]] = {"mode": mode, "writhe": writhe, "straight": straight}
+def formula(s, amplitude, parameters, flagella, *, bend=0.0, bend1=0.0, bend2=0.0, twist=0.0):
+    """Strains as formulas of s, or numbers, times the amplitude; ``bend`` is another name of ``bend2``."""
+    if bend != 0.0 and bend2 != 0.0:
+        raise SceneError("shape.bend and shape.bend2 both give bending in the plane of the modes: give one")
+    given = {"twist": twist, "bend1": bend1, "bend2": bend if bend2 == 0.0 else bend2}
+    return _strain(*(amplitude * along(f"shape.{name}", value, s) for name, value in given.items()))
+
+
+SHAPES: dict[str, Callable[..., np.ndarray]] = {
+    "mode": mode,
+    "writhe": writhe,
+    "straight": straight,
+    "formula": formula,
+}
 """Functions of s [node], amplitude [rod, 1], parameters {name: [rod, 1]}, ``Flagella`` and the keywords of the kind, by
-``kind``."""
+``kind``: those of ``scene.shapes.SHAPES`` that need no file."""
 
 
 def initial_strain(
@@ -78,19 +93,33 @@ def _from_table(
 ) -> np.ndarray:
     """Strains of a table {kind, amplitude, perturbation, seed, …}."""
     rest = dict(table)
-    kind = rest.pop("kind", "mode")
+    kind = rest.pop("kind", None) or kind_of(rest, KINDS)
+    if isinstance(kind, str) and kind in KINDS and KINDS[kind].own_rods:
+        raise SceneError(
+            f"shape.{kind}: is read by scenes; in Python give strains: those of wr.from_centreline(...), or of a frame "
+            f"of wr.open_run(...)"
+        )
     make = named(SHAPES, "shape.kind", kind)
     own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]
     rods, s = len(parameters["bend"]), np.linspace(-0.5, 0.5, nodes)
     amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), rods, "any finite number")
-    size = parameter("shape.perturbation", rest.pop("perturbation", 0.0), rods, "zero or more")
-    seed = rest.pop("seed", 0)
+    size, seed = rest.pop("perturbation", 0.0), rest.pop("seed", 0)
     refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
     columns = {name: value if value.ndim == 2 else value[:, None] for name, value in parameters.items()}
     strain = make(s, amplitude[:, None], columns, flagella, **rest)
+    return perturbed(strain, size, parameters["moment"], seed)
+
+
+def perturbed(strain: np.ndarray, size: Any, moment: np.ndarray, seed: Any) -> np.ndarray:
+    """The strain [rod, node, 3] with a random bending of the given size, in its plane where it is planar.
+
+    moment: M [rod], with which no rod stays in a plane. Raises SceneError for a wrong size or seed.
+    """
+    size = parameter("shape.perturbation", size, len(moment), "zero or more")
     if not size.any():
         return strain
-    planar = (parameters["moment"] == 0) & ~np.asarray(strain[..., :2]).any(axis=(-1, -2))
+    s = np.linspace(-0.5, 0.5, strain.shape[-2])
+    planar = (moment == 0) & ~np.asarray(strain[..., :2]).any(axis=(-1, -2))
     try:
         rng = np.random.default_rng(seed)
     except (TypeError, ValueError):

@@ -1,0 +1,118 @@
+"""Points in tables of text (``.csv``, ``.tsv``, ``.txt``, ``.dat``) and in arrays of NumPy (``.npy``)."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from warp_rods.centrelines.track import Track, TrackError, chosen_frame, listed, metres_of
+
+__all__ = ["read_array", "read_table"]
+
+MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
+FRAMES = ("frame", "time", "t")
+"""Words in the header of a column that says to which frame a point belongs."""
+
+
+def read_table(path: Path, frame: int | None = None, time: float | None = None) -> Track:
+    """Columns x, y and perhaps z, by their names in a header, or 2 or 3 columns without one; # begins a comment.
+
+    The delimiter is a semicolon, tab, comma or white space; empty cells are missing points. Of a column named frame or
+    time, ``frame`` chooses the rows of one value by its number, ``time`` by the value.
+    """
+    rows = _rows(path.read_text(encoding="utf-8-sig"))
+    header = [cell.lower() for cell in rows[0]] if any(_number(cell) is None for cell in rows[0]) else []
+    columns, metres = _columns(header, len(rows[0]))
+    marks = [i for i, name in enumerate(header) if set(_tokens(name)) & set(FRAMES)]
+    values = _numbers(rows[1:] if header else rows, [*columns, *marks[:1]])
+    points = values[:, : len(columns)]
+    if not marks:
+        if frame is not None or time is not None:
+            raise TrackError(f"has no column named {', '.join(FRAMES)}: leave frame and time out")
+        return Track(points, metres)
+    of_row = values[:, -1]
+    times = np.unique(of_row[np.isfinite(of_row)])
+    if not len(times):
+        raise TrackError(f"has no numbers in the column {header[marks[0]]}")
+    index = chosen_frame(times.tolist(), frame, time)
+    chosen = f"{header[marks[0]]} {times[index]:g}" if len(times) > 1 else ""
+    return Track(points[of_row == times[index]], metres, chosen)
+
+
+def _rows(text: str) -> list[list[str]]:
+    """The cells of each line that is neither empty nor a comment."""
+    lines = [line for line in text.splitlines() if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    if not lines:
+        raise TrackError("is empty")
+    delimiter = next((mark for mark in ";\t," if mark in lines[0]), None)
+    if delimiter is None:
+        return [line.split() for line in lines]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    if delimiter == ";":  # a comma is then the decimal point
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    return rows
+
+
+def _number(cell: str) -> float | None:
+    """The number in a cell, NaN where it is missing; None where it is text."""
+    if cell.lower() in MISSING:
+        return math.nan
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _numbers(rows: list[list[str]], columns: list[int]) -> np.ndarray:
+    """The numbers in some columns [row, column]; NaN where a cell is empty or the row is too short."""
+    values = np.full((len(rows), len(columns)), math.nan)
+    for i, row in enumerate(rows):
+        for j, column in enumerate(columns):
+            number = _number(row[column]) if column < len(row) else math.nan
+            if number is None:
+                raise TrackError(f"row {i + 1} of its numbers has {row[column]!r} in column {column + 1}: no number")
+            values[i, j] = number
+    return values
+
+
+def _tokens(name: str) -> list[str]:
+    return re.findall(r"[a-zµμ]+", name.replace("_", " "))
+
+
+def _columns(header: list[str], count: int) -> tuple[list[int], float | None]:
+    """The columns of x, y and perhaps z, and one unit in metres if the header says so."""
+    if not header:
+        if count in (2, 3):
+            return list(range(count)), None
+        raise TrackError(f"has {count} columns and no header: give 2 or 3 columns, or a header that names x and y")
+    found = []
+    for axis in "xyz":
+        named = [i for i, name in enumerate(header) if name == axis]
+        named = named or [i for i, name in enumerate(header) if axis in _tokens(name)]
+        if len(named) > 1 or (not named and axis != "z"):
+            what = "two columns" if named else "no column"
+            raise TrackError(f"has {what} for {axis}: its header is {listed(header)}; name the columns x, y and z")
+        found += named
+    units = {metres_of(word) for word in _tokens(header[found[0]])} - {None}
+    return found, units.pop() if len(units) == 1 else None
+
+
+def read_array(path: Path, frame: int | None = None) -> Track:
+    """An array [point, 2 or 3], or [frame, point, 2 or 3] of which ``frame`` chooses one."""
+    try:
+        values = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError) as fault:
+        raise TrackError(f"is no array of numbers: {fault}") from None
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf" or values.ndim not in (2, 3):
+        shape = getattr(values, "shape", "several arrays")
+        raise TrackError(f"must be an array of numbers [point, 2 or 3] or [frame, point, 2 or 3]; has {shape}")
+    if values.ndim == 2:
+        if frame is not None:
+            raise TrackError(f"frame = {frame}: has one line only, of shape {values.shape}: leave frame out")
+        return Track(values.astype(float))
+    index = chosen_frame(range(len(values)), frame, None)
+    return Track(values[index].astype(float), None, f"frame {index}")

@@ -1,0 +1,163 @@
+"""One time step of extensible and shearable rods about the extrapolated frames g* (docs/model.md §4.3).
+
+    [a w ζ + Bᵀ K B/Δs + G(P*)] δ = w (f − ζ c) − Bᵀ P(g*)/…,     g = g* exp δ
+
+One thread does the whole step of a tile: it assembles the blocks of a node and of the segment after it, and eliminates
+them at once.
+"""
+
+import warp as wp
+
+from warp_rods.kernels.cosserat.blocks import carried as carried_matrix
+from warp_rods.kernels.cosserat.blocks import (
+    eliminated,
+    held,
+    minus_block,
+    plus_drag,
+    plus_geometric,
+    plus_rhs,
+    solved,
+    substituted,
+    times,
+    times_change,
+)
+from warp_rods.kernels.cosserat.blocks import minus as minus_matrix
+from warp_rods.kernels.cosserat.blocks import scaled as scaled_matrix
+from warp_rods.kernels.cosserat.rod import (
+    by_component,
+    changes_of,
+    drag_of,
+    length_at,
+    load_at,
+    screw_after,
+    stress_of,
+)
+from warp_rods.kernels.cosserat.state import Frames, Past, Rods, Trial, Work
+from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
+    Lanes,
+    Matrix,
+    Row,
+    Screw,
+    Square,
+    add,
+    div,
+    load,
+    mul,
+    sub,
+    transposed_times,
+)
+from warp_rods.kernels.layout import real
+from warp_rods.kernels.multistep import Weights
+from warp_rods.kernels.screws import (
+    bracket,
+    carried,
+    changed,
+    minus,
+    moved_frame,
+    orthonormal,
+    plus,
+    scaled,
+    transposed,
+)
+
+wp.set_module_options({"enable_backward": False})
+
+MARGIN = wp.constant(real(2.4))
+"""Stiffness of contact for which a step is stable, over that of a node against neighbours at rest (§6.4)."""
+
+
+@wp.func
+def predict_frames(tile: int, e: Weights, now: Frames, past: Past, star: Frames, trial: Trial):
+    """g* = g exp(−e₁ ξ), and the extrapolated stress."""
+    share = real(-1.0) * e[1]
+    for node in range(now.rotation.shape[1]):
+        y = scaled(share, past.screw[tile, node])
+        R, r = moved_frame(now.rotation[tile, node], now.position[tile, node], y)
+        star.rotation[tile, node] = R
+        star.position[tile, node] = r
+        trial.screw[tile, node] = y
+        P = now.stress[tile, node]
+        star.stress[tile, node] = plus(P, scaled(share, minus(P, past.stress_before[tile, node])))
+
+
+@wp.func
+def find_segment(tile: int, node: int, rods: Rods, star: Frames, work: Work):
+    """A, C and the stress of the segment after a node of g*."""
+    X = screw_after(tile, node, star)
+    A, C = changes_of(X)
+    work.angle[tile, node] = A
+    work.place[tile, node] = C
+    work.stress[tile, node] = stress_of(tile, node, rods, X)
+
+
+@wp.func
+def contact_block(tile: int, node: int, rods: Rods, star: Frames, foretold: Lanes, length: Lanes) -> Matrix:
+    """The stiffness of contact that holds a node back, in its frame."""
+    R = star.rotation[tile, node]
+    factor = MARGIN * foretold / (real(1.0) + foretold)
+    return (length * factor) * transposed_times(R, load(rods.contact_stiffness, tile, node) * R)
+
+
+@wp.func
+def eliminate(tile: int, rods: Rods, star: Frames, past: Past, a: Lanes, d1: Lanes, foretold: Lanes, work: Work):
+    """Blocks of each node, eliminated from the first to the last."""
+    last = star.rotation.shape[1] - 1
+    zeta = drag_of(tile, rods)
+    stiffness = rods.stiffness[tile]
+    per_spacing = Lanes(real(1.0) / rods.spacing)
+    none = Square()
+    # From the segment before: its part of this row, below the diagonal and on it, and its force.
+    lower, below, force, row = Square(), Square(), Screw(), Row()
+    for node in range(last + 1):
+        length = length_at(node, last, rods)
+        rate = length * d1
+        rhs = plus(force, scaled(length, load_at(tile, node, rods, star)))
+        rhs = plus(rhs, scaled(rate, by_component(zeta, past.screw[tile, node])))
+        diagonal = plus_drag(below, scaled(length * a, zeta), Matrix())
+        if rods.touched == 1:
+            diagonal = plus_drag(diagonal, Screw(), contact_block(tile, node, rods, star, foretold, length))
+        reduced = eliminated(lower, diagonal, row)
+        upper = Square()
+        if node < last:
+            find_segment(tile, node, rods, star, work)
+            A, C = work.angle[tile, node], work.place[tile, node]
+            At, Ct = transposed(A), transposed(C)
+            P, foretold_P = work.stress[tile, node], star.stress[tile, node]
+            rhs = plus(rhs, carried(A, C, P))
+            force = scaled(Lanes(real(-1.0)), carried(At, Ct, P))
+            K = scaled_matrix(per_spacing, stiffness)
+            this = plus_geometric(minus_matrix(none, carried_matrix(A, C, K)), foretold_P)
+            next = plus_geometric(carried_matrix(At, Ct, K), foretold_P)
+            reduced = minus_block(reduced, times_change(this, At, Ct))
+            upper = times_change(this, A, C)
+            lower = minus_matrix(none, times_change(next, At, Ct))
+            below = times_change(next, A, C)
+        reduced = plus_rhs(reduced, rhs)
+        if node == 0 or node == last:
+            end = node // last
+            reduced = held(reduced, rods.held[tile, end])
+            upper = held(upper, rods.held[tile, end])
+        row = solved(reduced, upper)
+        work.rows[tile, node] = row
+
+
+@wp.func
+def substitute(tile: int, rods: Rods, star: Frames, trial: Trial, work: Work):
+    """From δ of the last node back to the first: frames, stress and screws at the end of the step."""
+    last = star.rotation.shape[1] - 1
+    per_spacing = Lanes(real(1.0) / rods.spacing)
+    after = Screw()
+    for back in range(last + 1):
+        node = last - back
+        delta = substituted(work.rows[tile, node], after)
+        if node < last:
+            A, C = work.angle[tile, node], work.place[tile, node]
+            change = minus(changed(A, C, after), changed(transposed(A), transposed(C), delta))
+            added = times(rods.stiffness[tile], scaled(per_spacing, change))
+            star.stress[tile, node] = plus(work.stress[tile, node], added)
+        R, r = moved_frame(star.rotation[tile, node], star.position[tile, node], delta)
+        star.rotation[tile, node] = orthonormal(R)
+        star.position[tile, node] = r
+        y = trial.screw[tile, node]
+        trial.screw[tile, node] = plus(plus(y, delta), scaled(Lanes(real(0.5)), bracket(y, delta)))
+        after = plus(delta, Screw())

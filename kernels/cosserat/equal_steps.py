@@ -19,6 +19,10 @@ from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
 
+ITERATIONS = wp.constant(8)
+NO_LENGTH = wp.constant(real(1.0e30))
+"""The coefficient a of a step that is so short that nothing with drag moves."""
+
 
 @wp.struct
 class Formulas:
@@ -86,6 +90,34 @@ def start(rods: Rods, now: Frames, past: Past):
         P = stress_of(tile, node, rods, screw_after(tile, node, now))
         now.stress[tile, node] = P
         past.stress_before[tile, node] = P
+
+
+@wp.kernel
+def settle(rods: Rods, now: Frames, past: Past, trial: Trial, star: Frames, work: Work):
+    """Turn the directors at once until moments across balance, as they have no drag across; ``dim = tiles``.
+
+    Newton's method in steps of no length; a rod for which it leads nowhere stays as it is.
+    """
+    tile = wp.tid()
+    accepted = Lanes()
+    for node in range(now.rotation.shape[1]):
+        star.rotation[tile, node] = now.rotation[tile, node]
+        star.position[tile, node] = now.position[tile, node]
+        star.stress[tile, node] = now.stress[tile, node]
+        trial.screw[tile, node] = Screw()
+    for _iteration in range(ITERATIONS):
+        eliminate(tile, rods, star, past, Lanes(NO_LENGTH), Lanes(), Lanes(), work)
+        substitute(tile, rods, star, trial, work)
+    find_statuses(tile, rods, star, trial)
+    for lane in range(rods_in(tile, trial.end.shape[0])):
+        rod = tile * WIDTH + lane
+        if rods.status[rod] == OK and trial.status[rod] == OK:
+            accepted[lane] = real(1.0)
+    for node in range(now.rotation.shape[1]):
+        trial.screw[tile, node] = Screw()
+    store_frames(tile, accepted, star, now, past, trial)
+    for node in range(now.rotation.shape[1]):
+        past.stress_before[tile, node] = now.stress[tile, node]
 
 
 @wp.kernel

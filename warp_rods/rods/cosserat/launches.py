@@ -41,6 +41,7 @@ class CosseratLaunches:
         def in_threads(launch: Any) -> RecordedInThreads:
             return RecordedInThreads([partial(launch, a) for a in parts], self.device)
 
+        self.settle = in_threads(self._launch_settle)
         self.predict = in_threads(self._launch_predict)
         self.try_step = in_threads(self._launch_try)
         self.accept = in_threads(self._launch_accept)
@@ -65,6 +66,9 @@ class CosseratLaunches:
 
     def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
+
+    def _launch_settle(self, a: Arrays) -> None:
+        self._launch(equal_steps.settle, _tiles(a), a.rods, a.now, a.past, a.trial, a.star, a.work)
 
     def _launch_predict(self, a: Arrays) -> None:
         inputs = (a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star, a.rotation, a.position)

@@ -97,6 +97,7 @@ class CosseratRods(CosseratReadings, Ensemble):
             self._arrays = allocate(self.stiffness, between_nodes(rest), drag, may_not, self.device)
             self._place(strain, places, first, 0 if at == "start" else nodes // 2)
             self._launches = CosseratLaunches(self._arrays, self._clock)
+        self._settled = False
 
     def _place(self, strain: np.ndarray, position: np.ndarray, rotation: np.ndarray, node: int) -> None:
         """Lay out the frames at the start from that of a node."""
@@ -108,6 +109,13 @@ class CosseratRods(CosseratReadings, Ensemble):
         a.pace.step.fill_(FIRST_STEP)
 
     # --- steps --------------------------------------------------------------------------------------------------------
+
+    def prepare_step(self, dt: float) -> bool:
+        """Before a first step let the directors settle: moments across balance at once, as they have no drag."""
+        if not self._settled:
+            self._launches.settle()
+            self._settled = True
+        return False
 
     def predict_step(self) -> None:
         """Extrapolate to the end of the step."""
@@ -159,6 +167,7 @@ class CosseratRods(CosseratReadings, Ensemble):
                 getattr(a.past, name).zero_()
             wp.copy(a.past.stress_before, a.now.stress)
             restart_pace(a.pace, self.time)
+        self._settled = False
 
     @property
     def pace_arrays(self) -> Any:
@@ -255,5 +264,6 @@ class CosseratRods(CosseratReadings, Ensemble):
     def restore(self, state: Any) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        self._settled = bool((state["pace_levels"] > 1).any())
         self._launches.show_at(self.time)
         self._launches.find_frames()

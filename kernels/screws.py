@@ -210,34 +210,31 @@ def change_of_place(t: Vector, m: Vector, g: Pair) -> Matrix:
     """C of (θ, μ), with (γ, γ')."""
 
 
-@wp.func_native(
-    rows("Matrix", "a", "for (int i = 0; i < 3; ++i) for (int j = 0; j < 3; ++j) R[3 * i + j] = A[3 * j + i];")
-)
-def transposed(a: Matrix) -> Matrix:
-    """aᵀ."""
-
-
-@wp.func_native(
-    rows(
-        "Screw",
-        "acx",
-        """for (int i = 0; i < 3; ++i) { R[i] = (V)(0.0); R[i + 3] = (V)(0.0); for (int j = 0; j < 3; ++j) {
-            R[i] += A[3 * i + j] * X[j]; R[i + 3] += C[3 * i + j] * X[j] + A[3 * i + j] * X[j + 3];
-        }}""",
+def _in_blocks(element: str, lower: bool) -> str:
+    """C++ of [A 0; C A] x (``lower``) or [A C; 0 A] x; ``element`` says which element of A and C is in row i, column j."""
+    first = f"p += A[{element}] * X[j]" + ("" if lower else f" + C[{element}] * X[j + 3]")
+    second = f"q += A[{element}] * X[j + 3]" + (f" + C[{element}] * X[j]" if lower else "")
+    body = f"for (int j = 0; j < 3; ++j) {{ {first}; {second}; }}"
+    return rows(
+        "Screw", "acx", f"for (int i = 0; i < 3; ++i) {{ V p = (V)(0.0), q = p; {body} R[i] = p; R[i + 3] = q; }}"
     )
-)
+
+
+@wp.func_native(_in_blocks("3 * i + j", lower=True))
 def changed(a: Matrix, c: Matrix, x: Screw) -> Screw:
-    """[A 0; C A] x."""
+    """J x."""
 
 
-@wp.func_native(
-    rows(
-        "Screw",
-        "acx",
-        """for (int i = 0; i < 3; ++i) { R[i] = (V)(0.0); R[i + 3] = (V)(0.0); for (int j = 0; j < 3; ++j) {
-            R[i] += A[3 * i + j] * X[j] + C[3 * i + j] * X[j + 3]; R[i + 3] += A[3 * i + j] * X[j + 3];
-        }}""",
-    )
-)
+@wp.func_native(_in_blocks("3 * j + i", lower=True))
+def changed_before(a: Matrix, c: Matrix, x: Screw) -> Screw:
+    """J' x."""
+
+
+@wp.func_native(_in_blocks("3 * i + j", lower=False))
 def carried(a: Matrix, c: Matrix, x: Screw) -> Screw:
-    """[A C; 0 A] x: J'ᵀx, or Jᵀx of the transposed A and C."""
+    """J'ᵀ x: a stress carried to the node before."""
+
+
+@wp.func_native(_in_blocks("3 * j + i", lower=False))
+def carried_on(a: Matrix, c: Matrix, x: Screw) -> Screw:
+    """Jᵀ x: a stress carried to the node after."""

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warp_rods.kernels.cosserat.blocks import unless_held
 from warp_rods.kernels.cosserat.equal_steps import show
 from warp_rods.kernels.cosserat.outcome import extrapolated, sum_of
 from warp_rods.kernels.cosserat.rod import (
@@ -31,7 +32,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Matrices2D, Quaternions2D, Scalars1D, Vectors2D, real
 from warp_rods.kernels.lie import quaternion
 from warp_rods.kernels.multistep import Pace, Weights, times_of, weights_at
-from warp_rods.kernels.screws import angular, carried, linear, minus, moved_frame, plus, scaled, transposed
+from warp_rods.kernels.screws import angular, carried, carried_on, linear, minus, moved_frame, plus, scaled
 
 wp.set_module_options({"enable_backward": False})
 
@@ -120,7 +121,7 @@ def find_segments(tile: int, rods: Rods, shown: Frames, output: Output) -> Lanes
         energy += sum_of(by_component(excess, stress_of(tile, node, rods, X)))
         output.segments[tile, node] = strain
         output.force[tile, node] = plus(output.force[tile, node], carried(A, C, P))
-        output.force[tile, node + 1] = scaled(Lanes(real(-1.0)), carried(transposed(A), transposed(C), P))
+        output.force[tile, node + 1] = scaled(Lanes(real(-1.0)), carried_on(A, C, P))
     return real(0.5) * rods.spacing * energy
 
 
@@ -130,11 +131,6 @@ def held_at(tile: int, node: int, last: int, rods: Rods) -> Screw:
     if node == 0 or node == last:
         return rods.held[tile, node // last]
     return Screw()
-
-
-@wp.func_native(rows("Screw", "ah", "for (int i = 0; i < 6; ++i) R[i] = H[i] != 0.0 ? (V)(0.0) : A[i];"))
-def unless_held(a: Screw, h: Screw) -> Screw:
-    """a, and zero where h is not zero."""
 
 
 @wp.kernel

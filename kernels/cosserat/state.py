@@ -2,7 +2,8 @@
 
 import warp as wp
 
-from warp_rods.kernels.lanes import Lanes1D, Matrices, Rows, Screws, Squares1D, Vectors
+from warp_rods.kernels.cosserat.blocks import Blocks
+from warp_rods.kernels.lanes import Lanes1D, Matrices, Screws, Squares1D, Vectors
 from warp_rods.kernels.layout import Integers1D, Matrices2D, Scalars1D, Vectors2D, real
 
 wp.set_module_options({"enable_backward": False})
@@ -61,5 +62,4 @@ class Work:
     angle: Matrices  # A between a node and the next
     place: Matrices  # C
     stress: Screws  # K (ξ* − ξ0)
-    rows: Rows
-    change: Screws  # δ
+    blocks: Blocks

@@ -8,21 +8,17 @@ them at once.
 
 import warp as wp
 
-from warp_rods.kernels.cosserat.blocks import carried as carried_matrix
 from warp_rods.kernels.cosserat.blocks import (
-    eliminated,
-    held,
-    minus_block,
-    plus_drag,
-    plus_geometric,
-    plus_rhs,
-    solved,
+    SLOTS,
+    add_drag,
+    add_segment,
+    clear,
+    eliminate_row,
+    hold,
     substituted,
     times,
-    times_change,
+    unless_held,
 )
-from warp_rods.kernels.cosserat.blocks import minus as minus_matrix
-from warp_rods.kernels.cosserat.blocks import scaled as scaled_matrix
 from warp_rods.kernels.cosserat.rod import (
     by_component,
     changes_of,
@@ -36,9 +32,7 @@ from warp_rods.kernels.cosserat.state import Frames, Past, Rods, Trial, Work
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes,
     Matrix,
-    Row,
     Screw,
-    Square,
     add,
     div,
     load,
@@ -51,13 +45,14 @@ from warp_rods.kernels.multistep import Weights
 from warp_rods.kernels.screws import (
     bracket,
     carried,
+    carried_on,
     changed,
+    changed_before,
     minus,
     moved_frame,
     orthonormal,
     plus,
     scaled,
-    transposed,
 )
 
 wp.set_module_options({"enable_backward": False})
@@ -99,46 +94,46 @@ def contact_block(tile: int, node: int, rods: Rods, star: Frames, foretold: Lane
 
 
 @wp.func
+def force_at(tile: int, node: int, rods: Rods, star: Frames, past: Past, length: Lanes, d1: Lanes) -> Screw:
+    """w (f − ζ c), with c = Σ d_j x_j = −d₁ ξ."""
+    external = scaled(length, load_at(tile, node, rods, star))
+    return plus(external, scaled(length * d1, by_component(drag_of(tile, rods), past.screw[tile, node])))
+
+
+@wp.func
 def eliminate(tile: int, rods: Rods, star: Frames, past: Past, a: Lanes, d1: Lanes, foretold: Lanes, work: Work):
     """Blocks of each node, eliminated from the first to the last."""
     last = star.rotation.shape[1] - 1
     zeta = drag_of(tile, rods)
-    stiffness = rods.stiffness[tile]
-    per_spacing = Lanes(real(1.0) / rods.spacing)
-    none = Square()
-    # From the segment before: its part of this row, below the diagonal and on it, and its force.
-    lower, below, force, row = Square(), Square(), Screw(), Row()
+    per_spacing = real(1.0) / rods.spacing
+    b = work.blocks
+    clear(b.diagonal, tile, 0)
+    before = Screw()
     for node in range(last + 1):
+        slot = node % SLOTS
         length = length_at(node, last, rods)
-        rate = length * d1
-        rhs = plus(force, scaled(length, load_at(tile, node, rods, star)))
-        rhs = plus(rhs, scaled(rate, by_component(zeta, past.screw[tile, node])))
-        diagonal = plus_drag(below, scaled(length * a, zeta), Matrix())
+        rhs = minus(force_at(tile, node, rods, star, past, length, d1), before)
+        contact = Matrix()
         if rods.touched == 1:
-            diagonal = plus_drag(diagonal, Screw(), contact_block(tile, node, rods, star, foretold, length))
-        reduced = eliminated(lower, diagonal, row)
-        upper = Square()
+            contact = contact_block(tile, node, rods, star, foretold, length)
+        add_drag(b.diagonal, tile, slot, scaled(length * a, zeta), contact)
         if node < last:
             find_segment(tile, node, rods, star, work)
-            A, C = work.angle[tile, node], work.place[tile, node]
-            At, Ct = transposed(A), transposed(C)
-            P, foretold_P = work.stress[tile, node], star.stress[tile, node]
+            A, C, P = work.angle[tile, node], work.place[tile, node], work.stress[tile, node]
             rhs = plus(rhs, carried(A, C, P))
-            force = scaled(Lanes(real(-1.0)), carried(At, Ct, P))
-            K = scaled_matrix(per_spacing, stiffness)
-            this = plus_geometric(minus_matrix(none, carried_matrix(A, C, K)), foretold_P)
-            next = plus_geometric(carried_matrix(At, Ct, K), foretold_P)
-            reduced = minus_block(reduced, times_change(this, At, Ct))
-            upper = times_change(this, A, C)
-            lower = minus_matrix(none, times_change(next, At, Ct))
-            below = times_change(next, A, C)
-        reduced = plus_rhs(reduced, rhs)
+            before = carried_on(A, C, P)
+            next = (node + 1) % SLOTS
+            add_segment(
+                rods.stiffness, work.angle, work.place, star.stress, b.lower, b.diagonal, b.upper, per_spacing,
+                tile, node, slot, next,
+            )  # fmt: skip
+        if node == last:
+            clear(b.upper, tile, slot)
         if node == 0 or node == last:
             end = node // last
-            reduced = held(reduced, rods.held[tile, end])
-            upper = held(upper, rods.held[tile, end])
-        row = solved(reduced, upper)
-        work.rows[tile, node] = row
+            hold(b.lower, b.diagonal, b.upper, tile, slot, rods.held[tile, end])
+            rhs = unless_held(rhs, rods.held[tile, end])
+        eliminate_row(b.lower, b.diagonal, b.upper, b.rows, tile, node, slot, rhs)
 
 
 @wp.func
@@ -149,10 +144,10 @@ def substitute(tile: int, rods: Rods, star: Frames, trial: Trial, work: Work):
     after = Screw()
     for back in range(last + 1):
         node = last - back
-        delta = substituted(work.rows[tile, node], after)
+        delta = substituted(work.blocks.rows[tile, node], after)
         if node < last:
             A, C = work.angle[tile, node], work.place[tile, node]
-            change = minus(changed(A, C, after), changed(transposed(A), transposed(C), delta))
+            change = minus(changed(A, C, after), changed_before(A, C, delta))
             added = times(rods.stiffness[tile], scaled(per_spacing, change))
             star.stress[tile, node] = plus(work.stress[tile, node], added)
         R, r = moved_frame(star.rotation[tile, node], star.position[tile, node], delta)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels.cosserat.blocks import SLOTS, Blocks
 from warp_rods.kernels.cosserat.output import Output
 from warp_rods.kernels.cosserat.state import Frames, Past, Rods, Trial, Work
 from warp_rods.kernels.lanes import Lanes, Matrix, Row, Screw, Square, Vector
@@ -19,7 +20,7 @@ from warp_rods.rods.tiles import tiled, tiles_of
 
 FRAMES = {"rotation": Matrix, "position": Vector, "stress": Screw}
 PAST = ("screw", "screw_before", "stress_before")
-WORK = {"angle": Matrix, "place": Matrix, "stress": Screw, "rows": Row}
+WORK = {"angle": Matrix, "place": Matrix, "stress": Screw}
 
 
 @dataclass
@@ -139,6 +140,11 @@ def _work(tiles: int, nodes: int, device: Any) -> Any:
     work = Work()
     for name, dtype in WORK.items():
         setattr(work, name, workspace(tiles, nodes, dtype, device))
+    blocks = Blocks()
+    for name in ("lower", "diagonal", "upper"):
+        setattr(blocks, name, workspace(tiles, int(SLOTS), Square, device))
+    blocks.rows = workspace(tiles, nodes, Row, device)
+    work.blocks = blocks
     return work
 
 

@@ -144,9 +144,9 @@ def step(rod: Rod, S, past, stresses, times, end, couple, force):
     weights = rod.weights[:, None]
     rhs = weights * (load_in_frame(star, couple, force) + d1 * rod.drag * last) + elastic_force(rod, star)
     matrix = np.diag((a * weights * rod.drag).ravel()) + jacobian(rod, star, now + share * (now - before))
-    held = ~rod.moves.ravel()
-    matrix[held] = np.eye(len(matrix))[held]
-    delta = solve(matrix, np.where(held, 0.0, rhs.ravel())).reshape(-1, 6)
+    delta, moves = np.zeros(rhs.size), rod.moves.ravel()
+    delta[moves] = solve(matrix[np.ix_(moves, moves)], rhs.ravel()[moves])
+    delta = delta.reshape(-1, 6)
     P = stress(rod, star)
     for e, x in enumerate(screws(star)):
         P[e] += rod.stiffness @ (right(x) @ delta[e + 1] - left(x) @ delta[e]) / rod.spacing

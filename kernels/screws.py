@@ -8,8 +8,6 @@ to first order in δ, where J = ad/(1 − exp(−ad)) and J' = ad/(exp ad − 1)
 γ(t), t = |θ|², is the coefficient of (B.20), and γ' its derivative: C is the change of A with θ along μ.
 """
 
-import math
-
 import warp as wp
 
 from warp_rods.kernels.cells import coefficients_of, hat_polynomial
@@ -33,6 +31,8 @@ from warp_rods.kernels.layout import real
 
 wp.set_module_options({"enable_backward": False})
 
+PI = float(wp.pi)
+
 
 # --- Coefficients ---------------------------------------------------------------------------------------------------
 
@@ -40,7 +40,7 @@ wp.set_module_options({"enable_backward": False})
 def rest_of_zeta(k: int) -> float:
     """ζ(2k) − 1 − 4⁻ᵏ; evaluated on the host."""
     if k < 3:
-        return (math.pi**2 / 6 - 1.25, math.pi**4 / 90 - 1.0625)[k - 1]
+        return (PI**2 / 6 - 1.25, PI**4 / 90 - 1.0625)[k - 1]
     return sum(float(n) ** (-2 * k) for n in range(2000, 2, -1))
 
 
@@ -52,8 +52,8 @@ def _polynomial(coefficients: list[float]) -> str:
 
 
 # γ = Σ_n 2/((2πn)² − t): two poles as they are, the others as a series, whose terms fall by 36 for angles up to π.
-_REST = [2 * rest_of_zeta(k) / (2 * math.pi) ** (2 * k) for k in range(1, 12)]
-_POLES = f"""auto t = S[0]; auto p = 1.0 / ({4 * math.pi**2!r} - t); auto q = 1.0 / ({16 * math.pi**2!r} - t);
+_REST = [2 * rest_of_zeta(k) / (2 * PI) ** (2 * k) for k in range(1, 12)]
+_POLES = f"""auto t = S[0]; auto p = 1.0 / ({4 * PI**2!r} - t); auto q = 1.0 / ({16 * PI**2!r} - t);
     R[0] = 2.0 * p + 2.0 * q + {_polynomial(_REST)};
     R[1] = 2.0 * p * p + 2.0 * q * q + {_polynomial([k * c for k, c in enumerate(_REST)][1:])};"""
 
@@ -211,7 +211,7 @@ def change_of_place(t: Vector, m: Vector, g: Pair) -> Matrix:
 
 
 def _in_blocks(element: str, lower: bool) -> str:
-    """C++ of [A 0; C A] x (``lower``) or [A C; 0 A] x; ``element`` says which element of A and C is in row i, column j."""
+    """C++ of [A 0; C A] x (``lower``) or [A C; 0 A] x; ``element``: which element of A and C is at (i, j)."""
     first = f"p += A[{element}] * X[j]" + ("" if lower else f" + C[{element}] * X[j + 3]")
     second = f"q += A[{element}] * X[j + 3]" + (f" + C[{element}] * X[j]" if lower else "")
     body = f"for (int j = 0; j < 3; ++j) {{ {first}; {second}; }}"

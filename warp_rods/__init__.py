@@ -1,7 +1,7 @@
 """warp_rods: geometrically exact Kirchhoff rods at low Reynolds number, in batches, on NVIDIA Warp.
 
 Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
-Your own loop     FreeRods, BoundRods, Flagella, surfaces, Surface, Status
+Your own loop     FreeRods, BoundRods, CosseratRods, Flagella, surfaces, Surface, Status
 Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics
 Theory            steady, continuation, stability, buckling, modes, reproduce
 Errors            WarpRodsError, SceneError, RunFolderError, StorageError, RodFailure

@@ -12,6 +12,7 @@ from .membranes.surface import Surface
 from .reproductions import reproduce
 from .rods import modes
 from .rods.bound.rods import BoundRods
+from .rods.cosserat.rods import CosseratRods
 from .rods.ensemble import Ensemble
 from .rods.free.flagella import Flagella
 from .rods.free.rods import FreeRods
@@ -29,6 +30,7 @@ __version__: str
 
 __all__ = [
     "BoundRods",
+    "CosseratRods",
     "Ensemble",
     "Flagella",
     "FreeRods",

@@ -1,8 +1,8 @@
 """Block tridiagonal systems of 6 × 6 matrices, one for each rod of a tile, by elimination without pivoting.
 
-Row i, lower x[i−1] + diagonal x[i] + upper x[i+1] = rhs, becomes x[i] + c x[i+1] = y; a ``Row`` holds c and y. Blocks of
-a row are eliminated before those of the next but one are found, so there is room for two rows (``SLOTS``). What is done
-with blocks is done in place, as copies would take longer.
+Row i, lower x[i−1] + diagonal x[i] + upper x[i+1] = rhs, becomes x[i] + c x[i+1] = y; a ``Row`` holds c and y. Blocks
+of a row are eliminated before those of the next but one are found, so there is room for two rows (``SLOTS``). What is
+done with blocks is done in place, as copies would take longer.
 """
 
 import warp as wp

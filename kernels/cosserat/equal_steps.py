@@ -66,7 +66,7 @@ def show(tile: int, frames: Frames, rotation: Matrices2D, position: Vectors2D):
 
 @wp.kernel
 def lay_out(rods: Rods, strain: Screws, middle: int, now: Frames):
-    """Frames with ``strain`` between a node and the next, from that of the node ``middle`` outwards; ``dim = tiles``."""
+    """Frames with ``strain`` between nodes, from that of the node ``middle`` outwards; ``dim = tiles``."""
     tile = wp.tid()
     ds = Lanes(rods.spacing)
     R, r = moved_frame(now.rotation[tile, middle], now.position[tile, middle], Screw())

@@ -1,4 +1,4 @@
-"""Strains, forces and drag of extensible and shearable rods (docs/model.md §4.2)."""
+"""Strains, forces and drag of extensible and shearable rods (docs/model.md §10.2)."""
 
 import warp as wp
 

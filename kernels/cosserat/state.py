@@ -1,4 +1,4 @@
-"""Arrays of extensible and shearable rods (docs/model.md §4), [tile, node] of fields, and [tile], [rod]."""
+"""Arrays of extensible and shearable rods (docs/model.md §10), [tile, node] of fields, and [tile], [rod]."""
 
 import warp as wp
 

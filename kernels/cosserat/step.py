@@ -1,6 +1,6 @@
-"""One time step of extensible and shearable rods about the extrapolated frames g* (docs/model.md §4.3).
+"""One time step of extensible and shearable rods about the extrapolated frames g* (docs/model.md §10.3).
 
-    [a w ζ + Bᵀ K B/Δs + G(P*)] δ = w (f − ζ c) − Bᵀ P(g*)/…,     g = g* exp δ
+    [a w ζ + Bᵀ K B/Δs + G(P*)] δ = w (f − ζ c) − Bᵀ K (ξ(g*) − ξ0),     g = g* exp δ
 
 One thread does the whole step of a tile: it assembles the blocks of a node and of the segment after it, and eliminates
 them at once.

@@ -1,8 +1,9 @@
-"""One extensible and shearable rod in NumPy, written from docs/model.md §4: dense matrices, series, SciPy.
+"""One extensible and shearable rod in NumPy, written from docs/model.md §10: dense matrices, series, SciPy.
 
-A screw is (θ, μ), angular part first, and so are strains (Ω, U), stresses (m, n) and velocities (ω, u), all in the frame.
+A screw is (θ, μ), angular part first; so are strains (Ω, U), stresses (m, n) and velocities (ω, u), in the frame.
 """
 
+import itertools
 from dataclasses import dataclass
 from math import factorial
 
@@ -79,7 +80,7 @@ def right(x: np.ndarray) -> np.ndarray:
 
 def screws(S: np.ndarray) -> np.ndarray:
     """X [node − 1, 6] from frames [node, 4, 4]."""
-    return np.array([log(np.linalg.solve(a, b)) for a, b in zip(S[:-1], S[1:], strict=True)])
+    return np.array([log(np.linalg.solve(a, b)) for a, b in itertools.pairwise(S)])
 
 
 def stress(rod: Rod, S: np.ndarray) -> np.ndarray:

@@ -65,7 +65,7 @@ STATIC = {
         ("rod", "strain_component"), "float64", "force*length^2", "stiffness B", "(5.28)", FILAMENT_STRAINS
     ),
     "stiffness_matrix": Variable(
-        ("rod", "row", "column"), "float64", "1", "stiffness K of (Ω, U)", "∂²e/∂ξ², docs/model.md §4"
+        ("rod", "row", "column"), "float64", "1", "stiffness K of (Ω, U)", "∂²e/∂ξ², docs/model.md §10"
     ),
     "period": Variable(
         ("axis",), "float64", "length", "period of the box along each axis, inf where it is open", "", AXES

@@ -14,6 +14,10 @@ def between(values):
     return (values[..., 1:, :] + values[..., :-1, :]) / 2
 
 
+def frames_of(rods, i):
+    return np.array([frame_matrix(*one) for one in zip(rods.rotation[i], rods.position[i], strict=True)])
+
+
 def some_rod(ends=("free", "free")):
     """A rod with rough strains, and frames, couples and forces."""
     rng = np.random.default_rng(3)
@@ -72,8 +76,9 @@ def test_steps_agree_with_twin(device, ends, verified):
         twin.Rod(stiffness[i], between(natural)[i], np.array([turn[i], 0, 0, 1, eta[i], eta[i]]), ends)
         for i in range(3)
     ]
-    frames = [np.array([frame_matrix(*one) for one in zip(rods.rotation[i], rods.position[i])]) for i in range(3)]
-    past, stresses, times = [[], [], []], [[twin.stress(r, S)] for r, S in zip(twins, frames)], [0.0]
+    frames = [frames_of(rods, i) for i in range(3)]
+    past, times = [[], [], []], [0.0]
+    stresses = [[twin.stress(rod, S)] for rod, S in zip(twins, frames, strict=True)]
     for dt, steps in ((1e-3, 3), (2e-3, 3)):
         lengths = lengths_of_steps(rods, dt, steps)
         take_steps(rods, dt, steps)
@@ -100,7 +105,7 @@ def test_powers_agree_with_twin(device, ends, verified):
     rods.force = rng.normal(size=(1, NODES, 3))
     rods.prepare_step(1.0)
     rod = twin.Rod(COUPLED, between(rods.natural[0]), np.array([0.05, 0, 0, 1, 2, 2]), ends)
-    S = np.array([frame_matrix(*one) for one in zip(rods.rotation[0], rods.position[0], strict=True)])
+    S = frames_of(rods, 0)
     v, w = twin.rates(rod, S, rods.couple[0], rods.force[0]), rod.weights[:, None]
     expected = [np.sum(w * v * twin.load_in_frame(S, rods.couple[0], rods.force[0])), np.sum(w * rod.drag * v**2)]
     verified(

@@ -24,7 +24,7 @@ MOST_BENT = 3.0
 
 
 def stiffness_matrices(given: Any, count: int) -> np.ndarray:
-    """K [rod, 6, 6] from its diagonal, [6] or [rod, 6], or from matrices [1, 6, 6] or [rod, 6, 6]; raises SceneError."""
+    """K [rod, 6, 6] from its diagonal [6] or [rod, 6], or from matrices [1, 6, 6], [rod, 6, 6]; raises SceneError."""
     read = arguments.reals("stiffness", given)
     if read.ndim < 3:
         return np.einsum("ri,ij->rij", parameter("stiffness", read, count, ("positive",) * 6), np.eye(6))

@@ -1,4 +1,4 @@
-"""An ensemble of extensible and shearable rods (docs/model.md §4; dissertation, (3.63) to (3.79))."""
+"""An ensemble of extensible and shearable rods (docs/model.md §10; dissertation, (3.63) to (3.79))."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import warp as wp
 
 from warp_rods.kernels.clock import STEP
 from warp_rods.kernels.cosserat.outcome import find_errors, find_statuses, store_frames
-from warp_rods.kernels.cosserat.rod import screw_after, stress_of
+from warp_rods.kernels.cosserat.rod import drag_at_once, drag_of, screw_after, stiffest, stress_of
 from warp_rods.kernels.cosserat.state import Frames, Past, Rods, Trial, Work
 from warp_rods.kernels.cosserat.step import eliminate, predict_frames, substitute
 from warp_rods.kernels.lanes import WIDTH, Lanes, Screw, Screws, mul, rods_in, store  # noqa: F401 (operators)
@@ -19,9 +19,8 @@ from warp_rods.kernels.status import OK
 
 wp.set_module_options({"enable_backward": False})
 
-ITERATIONS = wp.constant(8)
-NO_LENGTH = wp.constant(real(1.0e30))
-"""The coefficient a of a step that is so short that nothing with drag moves."""
+FALLING, ITERATIONS = wp.constant(24), wp.constant(32)
+"""Iterations in which a drag across falls by half each, and all of them."""
 
 
 @wp.struct
@@ -96,7 +95,8 @@ def start(rods: Rods, now: Frames, past: Past):
 def settle(rods: Rods, now: Frames, past: Past, trial: Trial, star: Frames, work: Work):
     """Turn the directors at once until moments across balance, as they have no drag across; ``dim = tiles``.
 
-    Newton's method in steps of no length; a rod for which it leads nowhere stays as it is.
+    Newton's method in steps of no length, the first ones with a drag across that falls. Where it leads nowhere a rod
+    stays as it is.
     """
     tile = wp.tid()
     accepted = Lanes()
@@ -105,8 +105,12 @@ def settle(rods: Rods, now: Frames, past: Past, trial: Trial, star: Frames, work
         star.position[tile, node] = now.position[tile, node]
         star.stress[tile, node] = now.stress[tile, node]
         trial.screw[tile, node] = Screw()
-    for _iteration in range(ITERATIONS):
-        eliminate(tile, rods, star, past, Lanes(NO_LENGTH), Lanes(), Lanes(), work)
+    across = stiffest(rods.stiffness[tile])
+    for iteration in range(ITERATIONS):
+        across = real(0.5) * across
+        if iteration == FALLING:
+            across = Lanes()
+        eliminate(tile, rods, star, past, drag_at_once(across), Lanes(), Lanes(), work)
         substitute(tile, rods, star, trial, work)
     find_statuses(tile, rods, star, trial)
     for lane in range(rods_in(tile, trial.end.shape[0])):
@@ -151,7 +155,8 @@ def try_step(rods: Rods, past: Past, pace: Pace, trial: Trial, star: Frames, wor
     tile = wp.tid()
     formulas = formulas_of(tile, pace, trial)
     foretold = formulas.value[0] - formulas.value[1]
-    eliminate(tile, rods, star, past, formulas.rate, formulas.slope[1], foretold, work)
+    drag = scaled(formulas.rate, drag_of(tile, rods))
+    eliminate(tile, rods, star, past, drag, formulas.slope[1], foretold, work)
     substitute(tile, rods, star, trial, work)
     find_statuses(tile, rods, star, trial)
     find_errors(tile, formulas.more, rods, pace, star, past, trial)

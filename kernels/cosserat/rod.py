@@ -4,7 +4,7 @@ import warp as wp
 
 from warp_rods.kernels.cosserat.blocks import times
 from warp_rods.kernels.cosserat.state import Frames, Rods
-from warp_rods.kernels.lanes import Lanes, Screw, div, dot, load, mul, rows, transposed_times  # noqa: F401 (operators)
+from warp_rods.kernels.lanes import Lanes, Screw, Square, div, dot, load, mul, rows, transposed_times  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.screws import (
     angular,
@@ -52,6 +52,18 @@ def changes_of(X: Screw):
 )
 def diagonal_drag(a: Lanes, b: Lanes) -> Screw:
     """(ηr, 0, 0, 1, η, η)."""
+
+
+@wp.func_native(rows("Screw", "a", "for (int i = 0; i < 6; ++i) R[i] = (V)(1e30); R[1] = A[0]; R[2] = A[0];"))
+def drag_at_once(a: Lanes) -> Screw:
+    """a ζ of a step that is so short that nothing with drag moves, with the drag ``a`` for ω across."""
+
+
+@wp.func_native(
+    rows("Lanes", "a", "R[0] = A[0]; for (int i = 1; i < 6; ++i) R[0] = R[0] < A[7 * i] ? A[7 * i] : R[0];")
+)
+def stiffest(a: Square) -> Lanes:
+    """The largest stiffness on the diagonal."""
 
 
 @wp.func

@@ -101,10 +101,9 @@ def force_at(tile: int, node: int, rods: Rods, star: Frames, past: Past, length:
 
 
 @wp.func
-def eliminate(tile: int, rods: Rods, star: Frames, past: Past, a: Lanes, d1: Lanes, foretold: Lanes, work: Work):
-    """Blocks of each node, eliminated from the first to the last."""
+def eliminate(tile: int, rods: Rods, star: Frames, past: Past, drag: Screw, d1: Lanes, foretold: Lanes, work: Work):
+    """Blocks of each node, eliminated from the first to the last; ``drag`` is a ζ."""
     last = star.rotation.shape[1] - 1
-    zeta = drag_of(tile, rods)
     per_spacing = real(1.0) / rods.spacing
     b = work.blocks
     clear(b.diagonal, tile, 0)
@@ -116,7 +115,7 @@ def eliminate(tile: int, rods: Rods, star: Frames, past: Past, a: Lanes, d1: Lan
         contact = Matrix()
         if rods.touched == 1:
             contact = contact_block(tile, node, rods, star, foretold, length)
-        add_drag(b.diagonal, tile, slot, scaled(length * a, zeta), contact)
+        add_drag(b.diagonal, tile, slot, scaled(length, drag), contact)
         if node < last:
             find_segment(tile, node, rods, star, work)
             A, C, P = work.angle[tile, node], work.place[tile, node], work.stress[tile, node]

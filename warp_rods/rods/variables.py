@@ -65,7 +65,20 @@ STATIC = {
         ("rod", "strain_component"), "float64", "force*length^2", "stiffness B", "(5.28)", FILAMENT_STRAINS
     ),
     "stiffness_matrix": Variable(
-        ("rod", "row", "column"), "float64", "1", "stiffness K of (Ω, U)", "∂²e/∂ξ², docs/model.md §10"
+        ("rod", "stiffness_entry"),
+        "float64",
+        "1",
+        "stiffness K of ξ = (Ω, U)",
+        "∂²e/∂ξ², docs/model.md §10",
+        tuple(f"{row} {column}" for row in (*SWIMMER_STRAINS, *STRETCHES) for column in (*SWIMMER_STRAINS, *STRETCHES)),
+    ),
+    "natural_strain": Variable(
+        ("rod", "node", "natural_component"),
+        "float64",
+        "1",
+        "natural strain ξ0 = (Ω0, U0)",
+        "docs/model.md §10",
+        (*SWIMMER_STRAINS, *STRETCHES),
     ),
     "period": Variable(
         ("axis",), "float64", "length", "period of the box along each axis, inf where it is open", "", AXES

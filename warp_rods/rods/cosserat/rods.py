@@ -247,8 +247,8 @@ class CosseratRods(CosseratReadings, Ensemble):
 
     def static(self) -> dict[str, np.ndarray]:
         """What a trajectory saves once: names of ``variables.STATIC``."""
-        own = {"drag_ratio": self.drag_ratio, "rotational_drag": self.rotational_drag}
-        return {"length": np.ones(self.count), "stiffness_matrix": self.stiffness, **own}
+        own = {"drag_ratio": self.drag_ratio, "rotational_drag": self.rotational_drag, "natural_strain": self.natural}
+        return {"length": np.ones(self.count), "stiffness_matrix": self.stiffness.reshape(-1, 36), **own}
 
     def _settings(self, rod: int) -> dict[str, Any]:
         return {"natural": self.natural[rod].tolist(), "ends": list(self.ends)}

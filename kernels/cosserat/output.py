@@ -43,7 +43,7 @@ class Output:
 
     strain: Vectors2D  # Ω [rod, node]
     stretch: Vectors2D  # U
-    moment: Vectors2D  # m
+    internal_moment: Vectors2D  # m
     internal_force: Vectors2D  # n
     energy_density: Lanes2D
     segments: Screws  # (Ω, U), workspace
@@ -169,7 +169,7 @@ def store_node(tile: int, node: int, rods: Rods, shown: Frames, output: Output):
     output.energy_density[tile, node] = real(0.5) * sum_of(by_component(minus(strain, natural), P))
     store(output.strain, tile, node, angular(strain))
     store(output.stretch, tile, node, linear(strain))
-    store(output.moment, tile, node, angular(P))
+    store(output.internal_moment, tile, node, angular(P))
     store(output.internal_force, tile, node, linear(P))
 
 

@@ -175,7 +175,9 @@ COSSERAT_VARIABLES: dict[str, Variable] = {
     "tension": replace(
         _EVERY_ROD["tension"], long_name="tension: internal force along the first director", source="(3.76)"
     ),
-    "moment": Variable(_STRAIN, "float64", "force*length", "internal moment m in the frame", "(3.75)", SWIMMER_STRAINS),
+    "internal_moment": Variable(
+        _STRAIN, "float64", "force*length", "internal moment m in the frame", "(3.75)", SWIMMER_STRAINS
+    ),
     "internal_force": Variable(
         ("frame", "rod", "node", "stretch_component"),
         "float64",

@@ -10,7 +10,7 @@ from examples.free import slope
 from warp_rods.rods.cosserat.rods import CosseratRods
 from warp_rods.rods.free.rods import FreeRods
 
-READINGS = ("position", "rotation", "strain", "stretch", "moment", "internal_force")
+READINGS = ("position", "rotation", "strain", "stretch", "internal_moment", "internal_force")
 END = 0.01
 
 

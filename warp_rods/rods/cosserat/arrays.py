@@ -150,7 +150,7 @@ def _work(tiles: int, nodes: int, device: Any) -> Any:
 
 def _output(count: int, nodes: int, device: Any) -> Any:
     output, tiles = Output(), tiles_of(count)
-    for name in ("strain", "stretch", "moment", "internal_force"):
+    for name in ("strain", "stretch", "internal_moment", "internal_force"):
         setattr(output, name, per_node(count, nodes, wp.vec3d, device))
     output.energy_density = per_node(tiles, nodes, Lanes, device)
     for name in ("segments", "force"):

@@ -28,7 +28,9 @@ class CosseratReadings(Readings):
             return Reading(self._launches.find_output, partial(self._on_host, array))
 
         found = {name: of(getattr(output, name)) for name in ("energy", "energy_density", "dissipation", "power")}
-        found |= {name: of(getattr(output, name)) for name in ("strain", "stretch", "moment", "internal_force")}
+        found |= {
+            name: of(getattr(output, name)) for name in ("strain", "stretch", "internal_moment", "internal_force")
+        }
         found |= {name: of(getattr(a, name)) for name in ("position", "rotation", "orientation")}
         found["tension"] = Reading(self._launches.find_output, lambda: to_host(output.internal_force)[..., 0])
         found["status"] = Reading(_no_update, partial(to_host, a.rods.status))
@@ -45,9 +47,9 @@ class CosseratReadings(Readings):
         return self.reading("stretch")
 
     @property
-    def moment(self) -> np.ndarray:
+    def internal_moment(self) -> np.ndarray:
         """Internal moment m in the directors [rod, node, 3]."""
-        return self.reading("moment")
+        return self.reading("internal_moment")
 
     @property
     def internal_force(self) -> np.ndarray:

@@ -251,7 +251,9 @@ class CosseratRods(CosseratReadings, Ensemble):
         return {"length": np.ones(self.count), "stiffness_matrix": self.stiffness.reshape(-1, 36), **own}
 
     def _settings(self, rod: int) -> dict[str, Any]:
-        return {"natural": self.natural[rod].tolist(), "ends": list(self.ends)}
+        natural = self.natural[rod]
+        uniform = (natural == natural[0]).all()
+        return {"natural": natural[0].tolist() if uniform else "varies along the rod", "ends": list(self.ends)}
 
     def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""

@@ -8,6 +8,9 @@ from examples.cosserat import COUPLED, STIFFNESS, in_space
 from warp_rods.errors import SceneError
 from warp_rods.rods.cosserat.rods import CosseratRods
 from warp_rods.rods.status import Status
+from warp_rods.rods.together import exhaust
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.loop import Simulation
 
 READINGS = ("position", "orientation", "strain", "stretch", "internal_force", "energy")
 
@@ -78,6 +81,36 @@ def test_frames_at_earlier_levels_are_those_that_were(device):
         rods.show_at(time)
         np.testing.assert_allclose(rods.position, position, atol=within)
         np.testing.assert_allclose(rods.rotation, rotation, atol=within)
+
+
+@pytest.mark.parametrize("stiff", [1.0, 50.0, 1e4])
+def test_stiff_contact_is_stable(device, stiff):
+    """A straight rod, turned about x, that a wall at z = 0 on both sides pulls back: κΔt/η = ``stiff``."""
+    kappa, dt = 200.0, 1e-2
+    turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    rods = CosseratRods(
+        1, 9, stiffness=STIFFNESS, position=(0, 0, 0.1), rotation=turned, drag_ratio=kappa * dt / stiff, device=device
+    )
+    wall, heights = np.diag([0.0, 0.0, kappa]), [0.1]
+    for _ in range(60):
+        take_one(rods, dt, force=lambda _t, r: -r @ wall, stiffness=lambda _r: wall)
+        heights.append(float(rods.position[0, 4, 2]))
+    assert max(np.abs(heights[1:])) <= 0.1 and abs(heights[-1]) < 1e-3
+
+
+def test_crossing_rods_push_each_other_apart(device):
+    """In a scene: steric forces, equal and opposite, keep the middle of both together at rest."""
+    table = {"name": "a", "count": 2, "nodes": 33, "stiffness": [1e-2, 1e-2, 1e-2, 20.0, 20.0, 20.0]}
+    placement = {"position": [[0, 0, 0], [0, 0, 0.03]], "direction": [[1.0, 0, 0], [0, 1.0, 0]]}
+    steric = {"strength": 40.0, "range": 0.02, "core": 0.05}
+    simulation = Simulation(
+        Scene.parse({"cosserat": [table | {"placement": placement}], "steric": steric, "time": {"end": 0.1}}), device
+    )
+    rods = simulation.ensembles["a"]
+    exhaust(simulation.advance())
+    z = rods.position[:, :, 2]
+    assert z[1, 16] - z[0, 16] > 0.08
+    np.testing.assert_allclose(z.mean(axis=1).sum(), 0.03, atol=1e-9)
 
 
 def test_a_rod_that_fails_is_frozen_and_the_others_go_on(device):

@@ -78,7 +78,7 @@ def extrapolated(run):
 
 def test_stiff_rods_move_as_kirchhoff_rods(device, verified):
     """The difference falls as 1/S; equal steps that resolve bending carry S = 1e6 b as well as S = 1e3 b."""
-    end, steps = 0.05, 100
+    end, steps = 0.05, 50
 
     def kirchhoff(nodes):
         rods = FreeRods(1, nodes, bend=SOFT, twist=TWIST, flagella=None, shape=bent(nodes), device=device)

@@ -7,7 +7,7 @@ from examples.cosserat import COUPLED, in_space, natural_in_space
 from reference import cosserat as twin
 from reference.lie import frame_matrix
 
-NODES = 17
+NODES = 11
 
 
 def between(values):

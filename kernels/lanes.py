@@ -44,7 +44,13 @@ Matrix = wp.types.matrix(shape=(9, WIDTH), dtype=real)
 """A 3 × 3 matrix for each rod, row by row."""
 Symmetric = wp.types.matrix(shape=(6, WIDTH), dtype=real)
 """A symmetric 3 × 3 matrix for each rod: xx, xy, xz, yy, yz, zz."""
-FIELDS = (Lanes, Pair, Vector, Block, Matrix, Symmetric)
+Screw = wp.types.matrix(shape=(6, WIDTH), dtype=real)
+"""An element of se(3) or of its dual for each rod, angular part first."""
+Square = wp.types.matrix(shape=(36, WIDTH), dtype=real)
+"""A 6 × 6 matrix for each rod, row by row."""
+Row = wp.types.matrix(shape=(42, WIDTH), dtype=real)
+"""A 6 × 6 matrix and a right-hand side for each rod: six rows of seven."""
+FIELDS = (Lanes, Pair, Vector, Block, Matrix, Symmetric, Screw, Square, Row)
 """The types of fields."""
 
 Lanes1D = wp.array(dtype=Lanes)
@@ -52,6 +58,10 @@ Lanes2D = wp.array2d(dtype=Lanes)
 Pairs = wp.array2d(dtype=Pair)
 Vectors = wp.array2d(dtype=Vector)
 Blocks = wp.array2d(dtype=Block)
+Matrices = wp.array2d(dtype=Matrix)
+Screws = wp.array2d(dtype=Screw)
+Squares1D = wp.array(dtype=Square)
+Rows = wp.array2d(dtype=Row)
 
 
 _TYPES = {
@@ -60,6 +70,9 @@ _TYPES = {
     "Vector": f"wp::mat_t<3, {WIDTH}, wp::float64>",
     "Block": f"wp::mat_t<4, {WIDTH}, wp::float64>",
     "Matrix": f"wp::mat_t<9, {WIDTH}, wp::float64>",
+    "Screw": f"wp::mat_t<6, {WIDTH}, wp::float64>",
+    "Square": f"wp::mat_t<36, {WIDTH}, wp::float64>",
+    "Row": f"wp::mat_t<42, {WIDTH}, wp::float64>",
 }
 
 

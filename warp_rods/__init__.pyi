@@ -14,6 +14,7 @@ from .reproductions import reproduce
 from .rigid_body import RigidBody
 from .rods import modes
 from .rods.bound.rods import BoundRods
+from .rods.cosserat.rods import CosseratRods
 from .rods.ensemble import Ensemble
 from .rods.free.flagella import Flagella
 from .rods.free.rods import FreeRods
@@ -32,6 +33,7 @@ __version__: str
 
 __all__ = [
     "BoundRods",
+    "CosseratRods",
     "Ensemble",
     "Flagella",
     "FreeRods",

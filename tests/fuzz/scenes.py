@@ -24,6 +24,14 @@ FULL = {
 FORMULAS = {"bend": "3*sin(2*pi*s)", "bend1": 0.5, "twist": "cos(pi*s)**2", "amplitude": 2.0}
 WALL = {"strength": 2000.0, "range": 0.05}
 
+SPRINGS = {"name": "k", "count": 2, "nodes": 9, "stiffness": [1.0, 1.0, 1.0, 100.0, 50.0, 50.0]}
+FULL_SPRINGS = {
+    "natural": [1.0, 2.0, 0.0, 1.0, 0.0, 0.0], "drag_ratio": 2.0, "rotational_drag": 3e-3, "ends": ["clamped", "free"],
+    "coupling": [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]], "shape": {"kind": "mode", "mode": 0, "stretch": 1.1},
+    "force": [0.0, 0.0, -1.0], "couple": [0.1, 0.0, 0.0],
+    "placement": {"at": "start", "position": [[0, 0, 0], [3.0, 0, 0]], "direction": [[0, 0, 1.0], [0, 1.0, 0]]},
+}  # fmt: skip
+
 BASES: tuple[dict[str, Any], ...] = (
     {"swimmers": [CELLS], "time": TIME},
     {"title": "t", "seed": 7, "swimmers": [CELLS | FULL], "time": TIME | {"step": 1e-3, "save_every": 0.1}},
@@ -54,6 +62,8 @@ BASES: tuple[dict[str, Any], ...] = (
         "filaments": [FILAMENTS | {"growth": {"time": [0.0, 1.0], "length": [0.5, 0.8], "spacing": 0.04}}],
         "time": TIME, "output": {"usd": False, "variables": ["energy", "gauss"], "frames_per_file": 10},
     },
+    {"cosserat": [SPRINGS], "time": TIME},
+    {"cosserat": [SPRINGS | FULL_SPRINGS], "time": TIME | {"step": 1e-2}},
     {
         "surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0},
         "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME,

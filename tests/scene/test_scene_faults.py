@@ -186,7 +186,7 @@ def test_only_the_first_wrong_values_of_a_long_list_are_named():
 
 def test_a_scene_needs_an_ensemble():
     assert faults({"time": {"end": 1}}) == [
-        "filaments: missing; a scene has at least one [[filaments]] or [[swimmers]]"
+        "filaments: missing; a scene has at least one [[filaments]], [[swimmers]] or [[cosserat]]"
     ]
 
 

@@ -19,6 +19,8 @@ from warp_rods.simulation.runner import simulate
 
 CELLS = {"name": "c", "count": 2, "nodes": 17, "bend": 1e-2, "twist": 1e-3}
 FILAMENTS = {"name": "f", "count": 4, "nodes": 33, "length": 0.5, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+SPRINGS = {"name": "k", "count": 2, "nodes": 17, "stiffness": [1, 1, 1, 100, 50, 50]}
+CALLED = {"swimmers": "swimmer", "filaments": "filament", "cosserat": "Cosserat rod"}
 STERIC = {"strength": 1.0, "range": 0.01, "core": 0.08}
 PLANE = {"kind": "plane", "size": 1000.0}
 
@@ -33,6 +35,8 @@ def rows(kind: str, count: int, nodes: int, steric: bool) -> Scene:
     tables = {"steric": STERIC} if steric else {}
     if kind == "swimmers":
         tables["swimmers"] = [CELLS | {"count": count, "nodes": nodes, "placement": {"position": at}}]
+    elif kind == "cosserat":
+        tables["cosserat"] = [SPRINGS | {"count": count, "nodes": nodes, "placement": {"position": at}}]
     else:
         placed = {"position": at, "direction": [[1.0, 0.0, 0.0]] * count}
         tables["filaments"] = [FILAMENTS | {"count": count, "nodes": nodes, "placement": placed}]
@@ -73,7 +77,7 @@ def allocated(simulation: Simulation, on_gpu: bool) -> int:
 
 
 @pytest.mark.parametrize("steric", [False, True])
-@pytest.mark.parametrize("kind", ["swimmers", "filaments"])
+@pytest.mark.parametrize("kind", ["swimmers", "filaments", "cosserat"])
 def test_arrays_take_what_is_estimated_within_a_tenth(kind, steric):
     footprint = estimates.FOOTPRINTS[kind]
     few, many = (Simulation(rows(kind, 16, nodes, steric), "cpu") for nodes in (33, 97))
@@ -94,7 +98,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform ==
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["swimmers", "filaments"])
+@pytest.mark.parametrize("kind", ["swimmers", "filaments", "cosserat"])
 def test_the_peak_of_a_process_is_the_estimate_within_a_quarter(kind, request):
     def peak(count: int) -> float:
         command = [sys.executable, "-c", PEAK, kind, str(count)]
@@ -116,7 +120,7 @@ def test_the_readme_says_what_a_rod_takes(kind, request):
         for with_steric in (False, True)
     )
     words = (
-        f"A {kind[:-1]} takes {alone:.2f} kB a node and {footprint.rod / 1e3:g} kB besides, with steric forces "
+        f"A {CALLED[kind]} takes {alone:.2f} kB a node and {footprint.rod / 1e3:g} kB besides, with steric forces "
         f"{steric:.2f} kB a node."
     )
     assert words in (request.config.rootpath / "README.md").read_text(encoding="utf-8")
@@ -127,8 +131,8 @@ def test_the_readme_says_what_a_rod_takes(kind, request):
 def test_many_rods_are_refused_with_the_number_that_fits(kind, count, monkeypatch):
     """On a machine with 2 GB, before anything is placed."""
     monkeypatch.setattr(estimates, "memory_of_machine", lambda: 2e9)
-    table = CELLS | {"nodes": 33} if kind == "swimmers" else FILAMENTS
-    surface = {} if kind == "swimmers" else {"surface": PLANE}
+    table = {"swimmers": CELLS, "filaments": FILAMENTS, "cosserat": SPRINGS}[kind] | {"nodes": 33}
+    surface = {"surface": PLANE} if kind == "filaments" else {}
 
     def check(number: int) -> None:
         estimates.check_memory(scene(**{kind: [table | {"count": number}]}, **surface))

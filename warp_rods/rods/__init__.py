@@ -1,7 +1,7 @@
 """Ensembles of rods: parameters, state and step; one folder for each kind of rod.
 
 ensemble, readings                   the contract that every kind of rod fulfils
-free, bound                          the two kinds: active rods in space, filaments on a membrane
+free, bound, cosserat                the kinds: active rods in space, filaments on a membrane, extensible rods
 status, clock, variables             why a rod was frozen; time; the variables of a trajectory
 recorded, slices                     recorded kernel launches; slices of an ensemble, one for each thread
 per_rod                              parameters: one value for all rods or one for each

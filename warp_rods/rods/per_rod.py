@@ -10,6 +10,9 @@ from warp_rods import arguments
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arc_length
 
+ORTHONORMAL = 1e-6
+"""Larger errors of RᵀR are not regarded as round-off."""
+
 
 def each_rod(values: Any, count: int, size: int = 1) -> np.ndarray:
     """One value for each rod, [count] or [count, size], from one value for all rods or one for each.
@@ -77,6 +80,22 @@ def vectors(values: Any, count: int, nodes: int, finite: bool = True) -> np.ndar
     if finite:
         arguments.check("force", given, "any finite number")
     return np.ascontiguousarray(np.broadcast_to(given, (count, nodes, 3)))
+
+
+def frames(rotation: Any, count: int) -> np.ndarray:
+    """Right-handed orthonormal frames [rod, 3, 3] from one for all rods or one for each; raises SceneError."""
+    R = arguments.reals("rotation", rotation)
+    if R.shape not in ((3, 3), (count, 3, 3)):
+        raise SceneError(f"rotation: must be a matrix [3, 3], or {(count, 3, 3)} [rod, 3, 3]; has shape {R.shape}")
+    R = np.ascontiguousarray(np.broadcast_to(R, (count, 3, 3)))
+    error_size = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
+    wrong = np.flatnonzero(~((error_size < ORTHONORMAL) & (np.linalg.det(np.nan_to_num(R)) > 0)))
+    if len(wrong):
+        raise SceneError(
+            f"rotation[{wrong[0]}] = {R[wrong[0]].tolist()}: must be a rotation, with orthonormal columns (tangent "
+            f"first) that form a right-handed frame"
+        )
+    return R
 
 
 def check_step(dt: SupportsFloat, steps: SupportsIndex = 1) -> tuple[float, int]:

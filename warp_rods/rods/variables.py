@@ -46,6 +46,7 @@ AXES = ("x", "y", "z")
 ENDS = ("first", "last")
 FILAMENT_STRAINS = ("twist", "normal", "geodesic")
 SWIMMER_STRAINS = ("twist", "bend1", "bend2")
+STRETCHES = ("stretch", "shear1", "shear2")
 _ROD = ("frame", "rod")
 _NODE = ("frame", "rod", "node")
 _VECTOR = ("frame", "rod", "node", "axis")
@@ -63,7 +64,7 @@ STATIC = {
     "drag_along_along": Variable(("rod", "node"), "float64", "1", "drag along ζ∥", ""),
     "drag_ratio_along": Variable(("rod", "node"), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag_along": Variable(("rod", "node"), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
-    "natural_strain": Variable(
+    "rest_strain": Variable(
         ("rod", "node", "strain_component"), "float64", "1/length", "natural strain, at t = 0", "", SWIMMER_STRAINS
     ),
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
@@ -71,6 +72,22 @@ STATIC = {
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
     "stiffness": Variable(
         ("rod", "strain_component"), "float64", "force*length^2", "stiffness B", "(5.28)", FILAMENT_STRAINS
+    ),
+    "stiffness_matrix": Variable(
+        ("rod", "stiffness_entry"),
+        "float64",
+        "1",
+        "stiffness K of ξ = (Ω, U)",
+        "∂²e/∂ξ², docs/model.md §10",
+        tuple(f"{row} {column}" for row in (*SWIMMER_STRAINS, *STRETCHES) for column in (*SWIMMER_STRAINS, *STRETCHES)),
+    ),
+    "natural_strain": Variable(
+        ("rod", "node", "natural_component"),
+        "float64",
+        "1",
+        "natural strain ξ0 = (Ω0, U0)",
+        "docs/model.md §10",
+        (*SWIMMER_STRAINS, *STRETCHES),
     ),
     "period": Variable(
         ("axis",), "float64", "length", "period of the box along each axis, inf where it is open", "", AXES
@@ -150,4 +167,35 @@ SWIMMER_VARIABLES: dict[str, Variable] = {
     "power": replace(
         _EVERY_ROD["power"], long_name="power of flagella and external forces", source="∫ f u0 + M f ω0 + f·u ds"
     ),
+}
+
+COSSERAT_VARIABLES: dict[str, Variable] = {
+    **_EVERY_ROD,
+    "position": replace(_EVERY_ROD["position"], source="∂s r = R U, (3.64)"),
+    "strain": replace(_EVERY_ROD["strain"], components=SWIMMER_STRAINS),
+    "stretch": Variable(
+        ("frame", "rod", "node", "stretch_component"),
+        "float64",
+        "1",
+        "stretch and shear U",
+        "∂s r = R U, (3.64)",
+        STRETCHES,
+    ),
+    "tension": replace(
+        _EVERY_ROD["tension"], long_name="tension: internal force along the first director", source="(3.76)"
+    ),
+    "internal_moment": Variable(
+        _STRAIN, "float64", "force*length", "internal moment m in the frame", "(3.75)", SWIMMER_STRAINS
+    ),
+    "internal_force": Variable(
+        ("frame", "rod", "node", "stretch_component"),
+        "float64",
+        "force",
+        "internal force n in the frame",
+        "(3.76)",
+        STRETCHES,
+    ),
+    "energy_density": replace(_EVERY_ROD["energy_density"], source="½ (ξ − ξ0)ᵀK(ξ − ξ0), ξ = (Ω, U)"),
+    "dissipation": replace(_EVERY_ROD["dissipation"], source="∫ u·ζu + ηr ω0² ds"),
+    "power": replace(_EVERY_ROD["power"], long_name="power of forces and couples", source="∫ f·u + l·ω ds"),
 }

@@ -20,11 +20,14 @@ from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
 
+ENSEMBLES = ("filaments", "swimmers", "cosserat")
+"""The tables of ensembles."""
 LARGEST_FILE = 100_000_000
 """Bytes of a scene in TOML, at most."""
 
@@ -38,6 +41,7 @@ class Scene(Table):
     surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
     filaments: tuple[FilamentsTable, ...] = Field(default=(), description="tables, each under [[filaments]]")
     swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")
+    cosserat: tuple[CosseratTable, ...] = Field(default=(), description="tables, each under [[cosserat]]")
     box: Box | None = Field(default=None, description="a table, [box]")
     steric: Steric | None = Field(default=None, description="a table, [steric]")
     time: Time = Field(description="a table, [time], with an end")
@@ -92,8 +96,8 @@ class Scene(Table):
 
     def __repr__(self) -> str:
         ensembles = [
-            f"{table.name} ({table.count} {kind if table.count > 1 else kind.removesuffix('s')})"
-            for kind in ("filaments", "swimmers")
+            f"{table.name} ({table.count} {_called(kind, table.count)})"
+            for kind in ENSEMBLES
             for table in getattr(self, kind)
         ]
         title = f" {shown(self.title)}" if self.title else ""
@@ -143,8 +147,8 @@ class Scene(Table):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good)]
-        if not raw.get("filaments") and not raw.get("swimmers"):
-            text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
+        if not any(raw.get(kind) for kind in ENSEMBLES):
+            text = ": missing; a scene has at least one [[filaments]], [[swimmers]] or [[cosserat]]"
             faults.append(fault(("filaments",), raw, text))
         if raw.get("filaments") and "surface" not in raw:
             text = f": missing; filaments need one: add [surface] with a kind, one of {', '.join(KINDS)}"
@@ -173,6 +177,12 @@ def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
         if isinstance(table, dict) and whole != paths:
             table[key], found = whole if isinstance(value, list) else whole[0], True
     return found
+
+
+def _called(kind: str, count: int) -> str:
+    """The rods of a table in words."""
+    word = {"cosserat": "Cosserat rods"}.get(kind, kind)
+    return word if count > 1 else word.removesuffix("s")
 
 
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
@@ -232,7 +242,7 @@ def _name_faults(raw: dict[str, Any]) -> Faults:
     """Ensembles whose names are equal or differ in case only, as some file systems ignore case."""
     first: dict[str, str] = {}
     faults = []
-    for key in ("filaments", "swimmers"):
+    for key in ENSEMBLES:
         tables = raw.get(key)
         for i, table in enumerate(tables if isinstance(tables, tuple) else []):
             name = table.get("name") if isinstance(table, dict) else None

@@ -120,7 +120,7 @@ def _with_time(scene: Scene, **changes: float) -> Scene:
 
 
 def _numbers_of_nodes(scene: Scene) -> dict[str, int]:
-    return {table.name: table.node_count for table in (*scene.filaments, *scene.swimmers)}
+    return {table.name: table.node_count for table in (*scene.filaments, *scene.swimmers, *scene.cosserat)}
 
 
 def _edited(key: str, given: Path, kept: Path, origin: Mapping[str, str]) -> dict[str, str]:

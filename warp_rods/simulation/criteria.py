@@ -18,6 +18,7 @@ from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import along, each_rod
 from warp_rods.scene.along import AtNodes, given_along
+from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
 from warp_rods.scene.shapes import ShapeTable
@@ -103,6 +104,15 @@ def criteria_of_filaments(
     if table.growth is not None and table.growth.spacing is not None:
         found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
     return found
+
+
+def criteria_of_cosserat(table: CosseratTable, steric: Steric | None) -> list[Criterion]:
+    """What the nodes of Cosserat rods must resolve: the start, and contact; natural strains are exact."""
+    few = Criterion(f"a rod has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
+    waves = (table.shape.mode or 0) + 1.5
+    reason = f"the start has {waves:g} half-waves: {CELLS_PER_HALF_WAVE} cells for each"
+    of_start = [Criterion(reason, cells=math.ceil(CELLS_PER_HALF_WAVE * waves))] if table.shape.kind == "mode" else []
+    return [few, *of_start, *_contact(steric)]
 
 
 # --- swimmers ---------------------------------------------------------------------------------------------------------

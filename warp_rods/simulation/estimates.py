@@ -36,7 +36,11 @@ class Footprint(NamedTuple):
     rod: int
 
 
-FOOTPRINTS = {"swimmers": Footprint(930, 1550, 600, 450, 2500), "filaments": Footprint(410, 530, 470, 240, 3000)}
+FOOTPRINTS = {
+    "swimmers": Footprint(930, 1550, 600, 450, 2500),
+    "filaments": Footprint(410, 530, 470, 240, 3000),
+    "cosserat": Footprint(1310, 1620, 370, 320, 3500),
+}
 """By the kind of rods."""
 PROCESS = 400e6
 """Bytes of the program itself."""
@@ -154,13 +158,14 @@ def frames_of(scene: Scene) -> int:
 
 def trajectory_bytes(scene: Scene) -> float:
     """Bytes of the trajectory of a whole run, without the few kilobytes of its metadata."""
-    from warp_rods.rods.variables import FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
+    from warp_rods.rods.variables import COSSERAT_VARIABLES, FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
     from warp_rods.simulation.output import chosen
     from warp_rods.simulation.store import GroupSpec, stored_bytes
 
     frames, output = frames_of(scene), scene.output
     total = 0
-    for kind, variables in (("filaments", FILAMENT_VARIABLES), ("swimmers", SWIMMER_VARIABLES)):
+    of_kind = {"filaments": FILAMENT_VARIABLES, "swimmers": SWIMMER_VARIABLES, "cosserat": COSSERAT_VARIABLES}
+    for kind, variables in of_kind.items():
         for table in getattr(scene, kind):
             nodes = type(table).FEWEST_NODES if table.nodes == AUTO else table.nodes
             most = output.frames_per_file if output else None

@@ -23,6 +23,7 @@ from warp_rods.scene.ends import given_end
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
+from warp_rods.simulation.cosserat import build_cosserat, nodes_of_cosserat
 from warp_rods.simulation.criteria import criteria_of_swimmers
 from warp_rods.simulation.estimates import check_memory
 from warp_rods.simulation.filaments import build_filaments, nodes_of_filaments
@@ -257,5 +258,9 @@ class Builder:
     build: Callable[[Layout, Any], None]
 
 
-BUILDERS = {"filaments": Builder(nodes_of_filaments, build_filaments), "swimmers": Builder(_swimmer_nodes, _swimmers)}
+BUILDERS = {
+    "filaments": Builder(nodes_of_filaments, build_filaments),
+    "swimmers": Builder(_swimmer_nodes, _swimmers),
+    "cosserat": Builder(nodes_of_cosserat, build_cosserat),
+}
 """By the name of the table in the scene."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warp_rods.errors import SceneError
+from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.ensemble import AUTO
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.scene import Scene
@@ -26,7 +27,7 @@ FEWEST_PER_HALF_WAVE = 2
 """Cells for each half-wave of a beam mode below which it looks like a lower mode, and is refused."""
 ROUND_OFF = 1e-9
 
-EnsembleTable = FilamentsTable | SwimmersTable
+EnsembleTable = FilamentsTable | SwimmersTable | CosseratTable
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def with_nodes(scene: Scene, numbers: Mapping[str, int]) -> Scene:
         number = numbers.get(table.name)
         return table.model_copy(update={"nodes": number}) if table.nodes == AUTO and number is not None else table
 
-    kinds = ("filaments", "swimmers")
+    kinds = ("filaments", "swimmers", "cosserat")
     return scene.model_copy(update={kind: tuple(map(filled, getattr(scene, kind))) for kind in kinds})
 
 
@@ -88,7 +89,7 @@ def nodes_needed(table: EnsembleTable, criterion: Criterion) -> int:
 
 def largest_length(table: EnsembleTable) -> float:
     """The length of the longest rod, at the end of its growth."""
-    if isinstance(table, SwimmersTable):
+    if not isinstance(table, FilamentsTable):
         return 1.0
     growth = table.growth
     grown = [] if growth is None else [v for v in (growth.until, growth.length) if v is not None]

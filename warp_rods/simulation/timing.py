@@ -22,7 +22,7 @@ FIRST_SPAN = 100
 long."""
 FASTER = 0.9
 """Steps of a given length have become faster where they take less than this part of the time of those before."""
-SETTLED = {"filaments": 10.0, "swimmers": 0.2}
+SETTLED = {"filaments": 10.0, "swimmers": 0.2, "cosserat": 0.2}
 """Steps by error become about so many natural times long, by the kind of rods: in the shipped scenes within a factor of
 five or so."""
 ARRAYS, BYTES_PER_SECOND, SECONDS_OF_AN_ARRAY = 25, 3e8, 2e-4

@@ -62,7 +62,11 @@ class FreeRods(FreeReadings, Ensemble):
 
     Quantities are dimensionless as in docs/model.md §1.2: length L, velocity f*/ζ∥, time ζ∥L/f*. One number for all
     rods or one for each: bend β⊥ and twist β∥, which are stiffnesses and not strains, as in a scene; moment M,
-    drag_ratio η, rotational_drag ηr.
+    drag_ratio η, rotational_drag ηr. Stiffnesses and drags, also drag_along ζ∥, may change along the rod: values
+    [rod, node], or a formula in s (−1/2 to 1/2), such as "1e-3*(1 + s)"; and so may natural_bend, the natural Ω[2] of
+    the material (or a dict of ``second`` and ``third``, Ω[1] and Ω[2]), and natural_twist, whose formulas may have t,
+    too. ends: two of "free", "hinged", "clamped", or of dicts {kind, thrust, torque, force, couple, turning, motion,
+    rotation} (docs/model.md §2.11); positions and frames are then those of a held end.
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
@@ -383,7 +387,7 @@ class FreeRods(FreeReadings, Ensemble):
         values = {name if value.ndim == 1 else f"{name}_along": value for name, value in values.items()}
         if self._natural.any:
             strain = np.concatenate([self.natural_twist[..., None], self.natural_bend], axis=-1)
-            values["natural_strain"] = strain
+            values["rest_strain"] = strain
         return values
 
     def _settings(self, rod: int) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Equations of extensible and shearable rods (docs/model.md §10)."""

@@ -1,0 +1,1 @@
+"""Extensible and shearable rods in space."""

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warp_rods.kernels.free.rod import bending_moment, roll_rate_at_end, twisting_moment
+from warp_rods.kernels.free.rod import bending_moment, roll_rate_after, roll_rate_at_end, twisting_moment
 from warp_rods.kernels.free.state import CLAMPED, FREE, Balance, End, Shape, Swimmers
 from warp_rods.kernels.lanes import Lanes, add, dot, mul, pair, sub, times_i, wedge  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
@@ -40,6 +40,11 @@ def power_at(
         roll_rate = roll_rate_at_end(tile, half_node, side, rods, shape, balance)
     turning = dot(bending_moment(tile, node, rods, shape.bending, balance), omega)
     turning += twisting_moment(tile, node, rods, shape.twist) * roll_rate
+    half_cell = Lanes()
+    if end.kind == CLAMPED and rods.bent == 1:  # the clamp turns the material of the half cell, too
+        slip = roll_rate_after(tile, half_node, rods, shape, balance) - w[0]
+        drawn = wedge(shape.bending[tile, node], bending_moment(tile, node, rods, shape.bending, balance))
+        half_cell = (real(0.5) * rods.spacing) * (drawn * slip)
     along = balance.tension[tile, node] * balance.axial_velocity[tile, half_node]
     u = balance.transverse_velocity[tile, node]
     pull = balance.tension[tile, node] * wedge(shape.bending[tile, node], u)  # u0' = −Im(k̄ u⊥) up to the end
@@ -48,4 +53,4 @@ def power_at(
         across = dot(shear_after(tile, half_node, rods, shape, balance), u)
         drag = rods.drag_across[tile, node] * u - balance.load.transverse_force[tile, node]
         across += (side * real(0.5) * rods.spacing) * dot(drag, u)
-    return side * (turning + along + across)
+    return side * (turning + along + across) + half_cell

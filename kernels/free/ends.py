@@ -1,4 +1,4 @@
-"""Ends of free rods: what holds them, and what loads them (docs/model.md §2.7).
+"""Ends of free rods: what holds them, and what loads them (docs/model.md §2.11).
 
 Conditions are on velocities: a held end has a given ``u``, a clamped one a given ``ω``, too. As its mobility is then
 zero, terms that hold it do not enter the linear systems. The tension of a held end is what lets ``u0`` take its value

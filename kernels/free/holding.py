@@ -1,4 +1,4 @@
-"""Ends that are held at places in space, and loads with directions in space (docs/model.md §2.7).
+"""Ends that are held at places in space, and loads with directions in space (docs/model.md §2.11).
 
 A held end gets the velocity of its place at the end of the step, and what it has drifted off before, over Δt: the
 velocities of the equations discretised in s are those of the nodes only up to errors of second order. Δt is that of the

@@ -1,4 +1,4 @@
-"""What holds and loads the ends of free rods (docs/model.md §2.7)."""
+"""What holds and loads the ends of free rods (docs/model.md §2.11)."""
 
 from __future__ import annotations
 

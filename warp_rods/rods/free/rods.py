@@ -160,7 +160,26 @@ class FreeRods(FreeReadings, Ensemble):
         self._launches.enable_hold()
         twist, a = Tiled(self._arrays.now.twist, self.count).numpy(), self._arrays
         angles = from_node(twist, a.rods.tracked)[:, [0, -1]]
-        self._holding = Holding(ends, a, *places_of_ends(a, angles))
+        place, frame = places_of_ends(a, angles)
+        self._bend_ends(ends, frame)
+        self._holding = Holding(ends, a, place, frame)
+
+    def _bend_ends(self, ends: tuple[End, End], frame: np.ndarray) -> None:
+        """Give ends with couples in space the strain that these demand; frame [rod, end, 3, 3]: of the material."""
+        bending, twist = (Tiled(field, self.count) for field in (self._arrays.now.bending, self._arrays.now.twist))
+        k, tau = bending.numpy(), twist.numpy()
+        turn = from_node(tau, self._arrays.rods.tracked)
+        for node, end, side in ((0, ends[0], -1.0), (-1, ends[1], 1.0)):
+            if not end.couple.any():
+                continue
+            couple = side * np.einsum("rji,rj->ri", frame[:, node], end.couple)
+            stiff, soft = (v if v.ndim == 1 else v[:, node] for v in (self.twist, self.bend))
+            across = (couple[:, 1] + 1j * couple[:, 2]) * np.exp(1j * turn[:, node]) / soft
+            k[:, node, 0] += across.real
+            k[:, node, 1] += across.imag
+            tau[:, node] += couple[:, 0] / stiff
+        bending.assign(k)
+        twist.assign(tau)
 
     def _use(self, external: Callable) -> None:
         """Let a function give the external force."""

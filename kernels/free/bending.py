@@ -76,10 +76,9 @@ def set_end_increments(tile: int, rods: Swimmers, star: Shape, slope: Shape, bal
 @wp.func
 def is_untwisted(tile: int, rods: Swimmers, shape: Shape):
     """1 for rods that have no twist, natural twist or moment, 0 for others."""
-    most = magnitude(rods.moment[tile])
+    most = magnitude(rods.moment[tile]) + Lanes(real(rods.wound))
     for node in range(shape.twist.shape[1]):
         most = larger(most, magnitude(shape.twist[tile, node]))
-        most = larger(most, magnitude(rods.natural_twist[tile, node]))
     return where(most, Lanes(), Lanes(real(1.0)))
 
 
@@ -238,7 +237,7 @@ def velocity_terms(tile: int, node: int, rods: Swimmers, q_before: Lanes, q_afte
     per_length = real(1.0) / rods.spacing
     square = per_length * per_length
     before, after = wp.abs(node - 1), last - wp.abs(last - node - 1)
-    M = balance.transverse_mobility[tile, node]
+    M = square * balance.transverse_mobility[tile, node]
     b = square * rods.bending_stiffness[tile, node]
     lower = coefficient(M, square * rods.bending_stiffness[tile, before], q_before, like)
     centre = coefficient(M, real(-2.0) * b - balance.tension[tile, node], q_before - q_after, like)
@@ -247,7 +246,7 @@ def velocity_terms(tile: int, node: int, rods: Swimmers, q_before: Lanes, q_afte
         upper += lower
     if node == last:
         lower += upper
-    return square * lower, square * centre, square * upper
+    return lower, centre, upper
 
 
 @wp.func

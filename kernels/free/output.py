@@ -96,7 +96,8 @@ def find_energies(tile: int, rods: Swimmers, shape: Shape, balance: Balance, out
         u0 = balance.axial_velocity[tile, node]
         roll_rate = roll_rate_after(tile, node, rods, shape, balance)
         f = half * (shape.activity[tile, node] + shape.activity[tile, node + 1])
-        dissipation += rods.drag_along[tile, node] * u0 * u0 + rods.rotational_drag[tile, node] * roll_rate * roll_rate
+        dissipation += rods.drag_along[tile, node] * u0 * u0
+        dissipation += roll_rate * roll_rate / rods.rotational_mobility[tile, node]
         power += (f + balance.load.axial_force[tile, node]) * u0
         power += (rods.moment[tile] * f + balance.load.axial_couple[tile, node]) * roll_rate
         power += dot(balance.load.transverse_couple[tile, node], balance.angular_velocity[tile, node])

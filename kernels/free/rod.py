@@ -248,7 +248,7 @@ def roll_rate_after(tile: int, node: int, rods: Swimmers, shape: Shape, balance:
         turning = wedge(shape.bending[tile, node], bending_moment(tile, node, rods, shape.bending, balance))
         after = wedge(shape.bending[tile, node + 1], bending_moment(tile, node + 1, rods, shape.bending, balance))
         couple += half * (turning + after)
-    return couple / rods.rotational_drag[tile, node]
+    return rods.rotational_mobility[tile, node] * couple
 
 
 @wp.func

@@ -42,7 +42,7 @@ class Swimmers:
     natural_twist: Lanes2D  # τ0
     drag_along: Lanes2D  # ζ∥, half nodes
     drag_across: Lanes2D  # ζ⊥
-    rotational_drag: Lanes2D  # ζr, half nodes
+    rotational_mobility: Lanes2D  # 1/ζr, half nodes
     moment: Lanes1D  # M
     relaxation: Lanes1D  # τf
     diffusion: Lanes1D  # D
@@ -54,6 +54,7 @@ class Swimmers:
     last: End
     tracked: int  # the node whose frame is integrated in time
     bent: int  # 1: natural bending may not vanish
+    wound: int  # 1: natural twist may not vanish
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
     forced: int  # 1: external forces or contact act on the rods
     touched: int  # 1: contact may

@@ -80,7 +80,7 @@ def has_twist_rate(node: int, last: int, rods: Swimmers) -> bool:
 def may_twist(tile: int, rods: Swimmers, star: Shape):
     """0 for rods that have no twist and get none, as they are bent along one director, and nothing turns them."""
     first, second = Lanes(), Lanes()
-    other = magnitude(rods.moment[tile]) + Lanes(real(rods.forced + rods.bent))
+    other = magnitude(rods.moment[tile]) + Lanes(real(rods.forced + rods.bent + rods.wound))
     other += magnitude(rods.first.angular_velocity[tile][0]) + magnitude(rods.last.angular_velocity[tile][0])
     other += magnitude(rods.first.couple[tile][0]) + magnitude(rods.last.couple[tile][0])
     for node in range(star.twist.shape[1]):
@@ -88,7 +88,6 @@ def may_twist(tile: int, rods: Swimmers, star: Shape):
         first = larger(first, magnitude(k[0]))
         second = larger(second, magnitude(k[1]))
         other = larger(other, magnitude(star.twist[tile, node]))
-        other = larger(other, magnitude(rods.natural_twist[tile, node]))
     return where(first, second, Lanes()) + other
 
 
@@ -103,7 +102,7 @@ def drawing_back(tile: int, node: int, rods: Swimmers, star: Shape, balance: Bal
     """P of a node."""
     half_node = wp.min(node, star.twist.shape[1] - 2)
     pull = rods.bending_stiffness[tile, node] * dot(star.bending[tile, node], balance.rest[tile, node])
-    return larger(pull, Lanes()) / rods.rotational_drag[tile, half_node]
+    return rods.rotational_mobility[tile, half_node] * larger(pull, Lanes())
 
 
 @wp.func
@@ -124,7 +123,7 @@ def set_twist_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
     B = dot(k, two * (balance.transverse_mobility[tile, 0] * k) + m_k)
     k_after = half_bending(tile, 1, star)
     A = dot(m_k, k_after)
-    spread = square / rods.rotational_drag[tile, 0]
+    spread = square * rods.rotational_mobility[tile, 0]
     near = two * (g * (B - A) - spread)
     set_end_row(tile, 0, 1, rods.first.kind, rods, star, a, two * (g * B + spread), near, -two * (g * A), balance)
     for node in range(1, last):
@@ -134,7 +133,7 @@ def set_twist_rows(tile: int, rods: Swimmers, star: Shape, a: Lanes, balance: Ba
         spread_before = spread
         k = k_after
         m_k = balance.transverse_mobility[tile, node + 1] * k
-        spread = square / rods.rotational_drag[tile, node]
+        spread = square * rods.rotational_mobility[tile, node]
         A = Lanes()
         if node < last - 1:
             k_after = half_bending(tile, node + 1, star)

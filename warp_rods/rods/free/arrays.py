@@ -157,7 +157,7 @@ def set_along(rods: Any, parameters: Mapping[str, np.ndarray], nodes: int, devic
     rods.bending_stiffness, rods.twist_stiffness = field(parameters["bend"]), field(parameters["twist"])
     rods.drag_along = field(at_half_nodes(parameters["drag_along"]))
     rods.drag_across = field(product(parameters["drag_along"], parameters["drag_ratio"]))
-    rods.rotational_drag = field(at_half_nodes(parameters["rotational_drag"]))
+    rods.rotational_mobility = field(1.0 / at_half_nodes(parameters["rotational_drag"]))
 
 
 def free_end(tiles: int, device: Any) -> Any:
@@ -195,6 +195,7 @@ def allocate_natural(arrays: Arrays, natural: Natural) -> None:
     (rods, nodes), device = arrays.position.shape, arrays.position.device
     arrays.rods.natural_bending = tiled(natural.bending, Pair, device)
     arrays.rods.natural_twist = tiled(natural.twist, Lanes, device)
+    arrays.rods.wound = int(natural.varies or natural.twist.any())
     arrays.rods.bent = int(natural.varies or natural.bending.any())
     if arrays.rods.bent:
         for balance in (arrays.step_balance, arrays.balance):

@@ -82,7 +82,7 @@ def test_a_hopeless_crowd_is_refused_without_a_try(tables, key, monkeypatch):
         raise AssertionError("a placement was tried")
 
     monkeypatch.setattr(arrangements, "without_overlap", tried)
-    monkeypatch.setattr("warp_rods.simulation.filaments.without_overlap", tried)
+    monkeypatch.setattr("warp_rods.contact.overlap.without_overlap", tried)
     with pytest.raises(
         SceneError, match=key + r".*count = \d+: .* packed as closely as possible; at most \d+ could fit"
     ):

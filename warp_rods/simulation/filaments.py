@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warp_rods.contact.capacity import area_for, refuse_crowd_on
-from warp_rods.contact.overlap import without_overlap
-from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
@@ -33,7 +31,7 @@ MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 
 
-def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
+def nodes_of(layout: Layout, table: FilamentsTable) -> Resolution:
     """The number of nodes of a table, by the curvatures of the membrane where its filaments may be."""
     surface, end = layout.surface, layout.scene.time.end
     assert surface is not None  # a scene of filaments without a surface is refused
@@ -43,12 +41,12 @@ def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
     return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric))
 
 
-def build_filaments(layout: Layout, table: FilamentsTable) -> None:
+def build(layout: Layout, table: FilamentsTable) -> None:
     """Add an ensemble of filaments to the layout."""
     surface = layout.surface
     assert surface is not None
 
-    def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
+    def made(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
             "length": each_rod(table.length, table.count)[rods],
             **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
@@ -61,12 +59,12 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
 
     part = part_of(surface, table.bodies)
     if table.placement == "random":
-        position, direction = _random(layout, table, part, build)
-        rods = build(position, direction)
+        position, direction = _random(layout, table, part, made)
+        rods = made(position, direction)
     else:
         p = table.placement
         geodesic = each_node(p.geodesic_curvature, table.count, table.node_count)
-        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
+        rods = made(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
         if len(lost := np.flatnonzero(rods.status)):
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
@@ -142,6 +140,9 @@ def _random(
     def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
         poses, made = inside(rods)
         return poses, made.position
+
+    from warp_rods.contact.overlap import without_overlap
+    from warp_rods.contact.segments import OccupiedSpace
 
     clearance = max(steric.core, spacing)
     _refuse_crowd(surface, part, table, clearance)

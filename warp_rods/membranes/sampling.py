@@ -240,9 +240,12 @@ def _near_box(foot: np.ndarray, d: np.ndarray, t: np.ndarray, box: Box) -> np.nd
 def _crossings(surface: Surface, box: Box, crossed: Sequence[_Crossed]) -> np.ndarray:
     """The zeros [n, 3] of φ in pieces of lines, by bisection, as far as they are in the box."""
     foot, d, a, b, outside = (np.concatenate(parts) for parts in zip(*crossed, strict=True))
+    if not len(foot):
+        return foot
+    phi = surface.phi_again(len(foot))
     for _ in range(50):
         middle = (a + b) / 2
-        beyond = (surface.phi(foot + middle[:, None] * d) > 0) == outside
+        beyond = (phi(foot + middle[:, None] * d) > 0) == outside
         a, b = np.where(beyond, a, middle), np.where(beyond, middle, b)
     points = foot + a[:, None] * d
     return points[((points >= box[0]) & (points <= box[1])).all(axis=1)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -91,6 +92,26 @@ class Surface(metaclass=Documented):
             inputs = [wp.array(x, dtype=wp.vec3d, device="cpu", copy=False), self._sampled, *arrays]
             wp.launch(getattr(sampler(self.field), kernel), dim=len(x), inputs=inputs, device="cpu")
             return [a.numpy() for a in arrays]
+
+    def phi_again(self, count: int) -> Callable[[np.ndarray], np.ndarray]:
+        """A function that evaluates φ [count] at points [count, 3] many times; a result lasts until the next one."""
+        start()
+        with exclusive:
+            if self._sampled is None:
+                self._sampled = self.device_parameters("cpu")
+            x = wp.empty(count, dtype=wp.vec3d, device="cpu")
+            phi = wp.empty(count, dtype=wp.float64, device="cpu")
+            inputs = [x, self._sampled, phi]
+            launch = wp.launch(sampler(self.field).value, dim=count, inputs=inputs, device="cpu", record_cmd=True)
+        points, found = x.numpy(), phi.numpy()
+
+        def evaluate(at: np.ndarray) -> np.ndarray:
+            points[:] = at
+            with exclusive:
+                launch.launch()
+            return found
+
+        return evaluate
 
     def device_parameters(self, device, time: float = 0.0) -> wp.array:
         """The parameters in an array of one element, whose changes a recorded step sees.

@@ -15,8 +15,9 @@ from warp_rods.errors import SceneError
 
 MOST_ROUNDS = 200
 """Rounds of drawing overlapping rods again."""
-DRAWS = 1000
-"""Smallest number of draws in a round after the first, if there are as many rods."""
+DRAWS, SHARE = 1000, 2
+"""Smallest number of draws in a round after the first: 1000, or half of the rods if that is more, if there are as many.
+The number of rounds that are needed then depends on the density, not on the number of rods."""
 FIRST_ROUNDS = 10
 """Rounds after which it is estimated whether the rods will fit."""
 OPTIMISM = 1.5
@@ -52,14 +53,15 @@ def without_overlap(count: int, draw: Draw, clearance: float, space: OccupiedSpa
     [n, node, 3]. Of two overlapping rods the later one is drawn again. Raises SceneError if the rods do not fit.
     """
     left, rejected, done = np.arange(count), 0, list[int]()
+    fewest = min(count, max(DRAWS, count // SHARE))
     kept: Poses = ()
     placed: CentreLines | None = None
     for attempt in range(MOST_ROUNDS):
         # The last rods are the hardest to place: several draws are made for each of them at once.
-        drawn = np.resize(left, max(len(left), min(count, DRAWS) if attempt else 0))
+        drawn = np.resize(left, max(len(left), fewest if attempt else 0))
         poses, lines = draw(drawn)
         kept = kept or tuple(np.empty((count, *part.shape[1:])) for part in poses)
-        placed = placed or CentreLines(space, clearance, count + min(count, DRAWS), lines.shape[1])
+        placed = placed or CentreLines(space, clearance, count + fewest, lines.shape[1])
         good = np.flatnonzero(placed.those_that_fit(lines))
         good = good[np.unique(drawn[good], return_index=True)[1]]
         for whole, part in zip(kept, poses, strict=True):

@@ -84,10 +84,12 @@ def test_a_damaged_surface_is_made_again(folder, mesh, fresh, damage):
     assert kept_surface(mesh, VALUES, never).grid is not None
 
 
-def test_large_surfaces_and_a_cache_that_cannot_be_written(folder, mesh, fresh, monkeypatch):
-    monkeypatch.setattr(surface_cache, "LARGEST", 1000)
+@pytest.mark.parametrize("what", ["LARGEST", "LARGEST_FILE"])
+def test_large_surfaces_are_not_kept(folder, mesh, fresh, monkeypatch, what):
+    monkeypatch.setattr(surface_cache, what, 1000)
     assert kept_surface(mesh, VALUES, lambda: fresh) is fresh and not folder.exists()
-    monkeypatch.undo()
-    monkeypatch.setattr(surface_cache, "_folder", lambda: folder)
+
+
+def test_a_cache_that_cannot_be_written_is_no_fault(folder, mesh, fresh):
     folder.write_text("a file, not a folder")
     assert kept_surface(mesh, VALUES, lambda: fresh) is fresh

@@ -29,8 +29,8 @@ __all__ = ["kept_surface"]
 
 FOLDER = "warp_rods_surfaces"
 """In the folder of Warp's cache."""
-LARGEST = 30_000_000
-"""Bytes of a surface that is kept, at most."""
+LARGEST_FILE, LARGEST = 100_000_000, 30_000_000
+"""Bytes of the user's file, and of a surface that is kept, at most."""
 LIBRARIES = ("numpy", "scipy", "trimesh", "warp-lang")
 
 
@@ -39,6 +39,8 @@ def kept_surface(path: Path, values: tuple[Any, ...], make: Callable[[], LevelSe
 
     Raises what ``make`` does, and OSError where the user's file cannot be read.
     """
+    if path.stat().st_size > LARGEST_FILE:
+        return make()
     subject = json.dumps([path.suffixes, values, _makers()]).encode() + path.read_bytes()
     file = _folder() / f"{hashlib.sha256(subject).hexdigest()}.npz"
     try:

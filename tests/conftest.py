@@ -23,3 +23,14 @@ def _devices() -> list[str]:
 def device(request) -> str:
     """Each available device: the CPU, and CUDA where there is one."""
     return request.param
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_surfaces(tmp_path_factory):
+    """No surface from a file is taken from earlier runs of the tests: each is made by the present programs."""
+    from warp_rods.membranes import surface_cache
+
+    with pytest.MonkeyPatch.context() as patched:
+        folder = tmp_path_factory.mktemp("surfaces")
+        patched.setattr(surface_cache, "_folder", lambda: folder)
+        yield

@@ -10,7 +10,7 @@ from typing import Any
 import warp as wp
 
 from warp_rods.kernels.lanes import mul, sub  # noqa: F401 (operators)
-from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
+from warp_rods.kernels.layout import Integers2D, Matrices1D, Scalars1D, Scalars2D, Vectors1D, real
 from warp_rods.kernels.surface.trigonometry import cosine, sine  # noqa: F401 (used by written fields)
 
 wp.set_module_options({"enable_backward": False})
@@ -134,3 +134,35 @@ def sampler(field: wp.Function) -> SimpleNamespace:
         points[i] = x
 
     return SimpleNamespace(value=value, evaluate=evaluate, project=project)
+
+
+@functools.cache
+def crossings_of(field: wp.Function) -> wp.Kernel:
+    """A kernel that finds where lines cross φ = 0."""
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def find_crossings(
+        foot: Vectors1D,
+        direction: Vectors1D,
+        place: Scalars2D,
+        begin: Scalars1D,
+        end: Scalars1D,
+        parameters: ParameterArray,
+        crossed: Integers2D,
+    ):
+        """Changes of the sign of φ between places [line, sample] along lines that lie from ``begin`` to ``end``.
+
+        crossed: 1 where φ > 0 at a place and not at the next, −1 where it is the other way round, otherwise as before.
+        """
+        line = wp.tid()
+        before, last = real(0.0), wp.int32(-1)
+        for k in range(place.shape[1]):
+            t = place[line, k]
+            if t >= begin[line] and t <= end[line]:
+                phi, _g, _H = field(foot[line] + t * direction[line], parameters[0])
+                if last >= 0 and (before > real(0.0)) != (phi > real(0.0)):
+                    crossed[line, last] = wp.where(phi > real(0.0), -1, 1)
+                before = phi
+                last = k
+
+    return find_crossings

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import warp as wp
 
-from warp_rods.contact.segments import nearest_points
 from warp_rods.errors import SceneError
+from warp_rods.kernels.contact.segments import nearest_places
+from warp_rods.kernels.layout import Scalars1D, Vectors1D
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.layout import lay_out
 from warp_rods.simulation.loop import Simulation
@@ -69,6 +71,22 @@ def closest(simulation: Simulation) -> float:
         image = np.where(period > 0, period, 0.0) * np.round(middle / divisor)
         least = min(least, distance_of_segments(p - image, a, q, b).min())
     return float(least)
+
+
+@wp.kernel(enable_backward=False)
+def find_nearest_places(p: Vectors1D, a: Vectors1D, q: Vectors1D, b: Vectors1D, first: Scalars1D, second: Scalars1D):
+    i = wp.tid()
+    x, y = nearest_places(p[i], a[i], q[i], b[i])
+    first[i] = x
+    second[i] = y
+
+
+def nearest_points(*vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where segments p + x a and q + y b [n, 3] are closest: x and y [n]."""
+    given = [wp.array(v, dtype=wp.vec3d, device="cpu") for v in vectors]
+    found = [wp.zeros(len(vectors[0]), dtype=wp.float64, device="cpu") for _ in range(2)]
+    wp.launch(find_nearest_places, dim=len(vectors[0]), inputs=[*given, *found], device="cpu")
+    return found[0].numpy(), found[1].numpy()
 
 
 def test_nearest_points_of_segments(verified):

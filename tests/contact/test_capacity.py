@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warp_rods.contact import arrangements, overlap
+from warp_rods.contact import arrangements, push
 from warp_rods.contact.capacity import extents, refuse_crowd, refuse_crowd_on
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling, surfaces
@@ -82,7 +82,7 @@ def test_a_hopeless_crowd_is_refused_without_a_try(tables, key, monkeypatch):
         raise AssertionError("a placement was tried")
 
     monkeypatch.setattr(arrangements, "without_overlap", tried)
-    monkeypatch.setattr("warp_rods.simulation.filaments.without_overlap", tried)
+    monkeypatch.setattr("warp_rods.contact.overlap.without_overlap", tried)
     with pytest.raises(
         SceneError, match=key + r".*count = \d+: .* packed as closely as possible; at most \d+ could fit"
     ):
@@ -92,18 +92,18 @@ def test_a_hopeless_crowd_is_refused_without_a_try(tables, key, monkeypatch):
 def test_rods_that_jam_are_told_long_before_the_last_round(monkeypatch):
     """At a third of the volume random rods of this slenderness do not come apart."""
     rounds = 0
-    count_round = overlap._directions
+    count_round = push._push
 
     def counted(*args):
         nonlocal rounds
         rounds += 1
         return count_round(*args)
 
-    monkeypatch.setattr(overlap, "_directions", counted)
+    monkeypatch.setattr(push, "_push", counted)
     tables = {"swimmers": [CELLS | {"count": 60}], "box": {"kind": "periodic", "fraction": 0.3}, "steric": STERIC}
     with pytest.raises(SceneError, match=r'placement = "random": count = 60: too many to be 0\.08 apart'):
         Simulation(Scene.parse({"time": {"end": 1.0}, **tables}), "cpu")
-    assert rounds <= 60 < overlap.MOST_PUSHES
+    assert rounds <= 60 < push.MOST_PUSHES
 
 
 AREAS = {

@@ -3,8 +3,8 @@
 neighbours                           pair forces from neighbour lists
 walls                                soft walls of a box
 surroundings                         both, for the ensembles of a scene
-steps                                time steps under contact
-arrangements, overlap                placement of rods without overlap
-segments                             distances of centre lines
+arrangements, overlap, push          placement of rods without overlap
+segments                             centre lines that come close, by the cells of a grid
+rotations                            random frames
 barrier                              warnings if steric forces are too weak to keep rods apart
 """

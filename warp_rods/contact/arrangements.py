@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from warp_rods.contact.capacity import extents, refuse_crowd
-from warp_rods.contact.overlap import pushed_apart, without_overlap
+from warp_rods.contact.overlap import without_overlap
+from warp_rods.contact.push import pushed_apart
+from warp_rods.contact.rotations import about_z, isotropic
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.contact.walls import NO_CAPS, caps_of
 from warp_rods.errors import SceneError
@@ -105,16 +107,7 @@ class Region:
         """Random frames [count, 3, 3]; frames of flat rods are rotated about z only."""
         if self.flat:
             return about_z(rng.uniform(0, 2 * np.pi, count))
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.random(count, rng=rng).as_matrix()
-
-
-def about_z(angle: np.ndarray) -> np.ndarray:
-    """Frames [n, 3, 3] along x, rotated about z by angles [n]."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_euler("z", angle[:, None]).as_matrix()
+        return isotropic(count, rng)
 
 
 def random(region: Region, count: int, rng: np.random.Generator) -> Poses:

@@ -1,68 +1,24 @@
-"""Centre lines as chains of straight segments, and the distances between them, in a box that may be periodic."""
+"""Centre lines in a box that may be periodic, and which of them come closer than a clearance."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any
 
 import numpy as np
+import warp as wp
 
-from warp_rods.contact.cells import close_pairs
+from warp_rods.device import exclusive
+from warp_rods.device import start as start_warp
+from warp_rods.kernels.contact import segments as kernels
 
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+__all__ = ["CentreLines", "OccupiedSpace", "launch"]
 
-
-class Segments(NamedTuple):
-    """Segments from ``start`` to ``end`` [n, 3], and the number of the rod to which each belongs [n]."""
-
-    start: np.ndarray
-    end: np.ndarray
-    rod: np.ndarray
-
-    @classmethod
-    def of(cls, lines: Sequence[np.ndarray]) -> Segments:
-        """The segments of centre lines [rod, node, 3], the rods of one array after the other.
-
-        A line of one node is a segment of length zero. Segments that are not finite are left out.
-        """
-        pairs = [(part, part) if part.shape[1] == 1 else (part[:, :-1], part[:, 1:]) for part in lines]
-        start, end = (np.concatenate([np.empty((0, 3)), *(p[i].reshape(-1, 3) for p in pairs)]) for i in (0, 1))
-        each = np.concatenate([np.empty(0, int), *(np.full(len(p), p.shape[1]) for p, _ in pairs)])
-        rod = np.repeat(np.arange(len(each)), each)
-        kept = np.isfinite(start + end).all(axis=1)
-        return cls(start[kept], end[kept], rod[kept])
-
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle points [n, 3]."""
-        return (self.start + self.end) / 2
-
-    @property
-    def longest(self) -> float:
-        """The largest length of a segment."""
-        return float(np.linalg.norm(self.end - self.start, axis=-1).max(initial=0.0))
-
-
-class Close(NamedTuple):
-    """Pairs of segments that are close: their numbers [pair], the places of the two nearest points along them, in
-    fractions of each [pair], and the separation of the first point from the second [pair, 3]."""
-
-    first: np.ndarray
-    second: np.ndarray
-    along_first: np.ndarray
-    along_second: np.ndarray
-    gap: np.ndarray
-
-    @property
-    def distance(self) -> np.ndarray:
-        """Distances of the two points [pair]."""
-        return np.linalg.norm(self.gap, axis=-1)
-
-
-Pair = tuple[np.ndarray, np.ndarray]
-"""Numbers of first and of second segments [pair]."""
+FEW_CELLS, CELLS_PER_SEGMENT, FEWER = 4096, 4, 0.9
+"""At most so many cells, or so many for each segment."""
+WIDER = 1.1
+"""Cells have room for segments that are longer by this factor than those seen so far."""
 
 
 @dataclass(frozen=True)
@@ -72,86 +28,113 @@ class OccupiedSpace:
     others: Sequence[np.ndarray]
     period: np.ndarray
 
-    @property
-    def periodic(self) -> bool:
-        """Whether the box has a period along any axis."""
-        return bool(np.any(self.period))
 
-    def tree(self, points: np.ndarray) -> cKDTree:
-        """The tree of points [n, 3], periodic along axes with a period."""
-        from scipy.spatial import cKDTree
+class CentreLines:
+    """Centre lines as chains of straight segments, which are found by the cells of a grid; on the host.
 
-        divisor = np.where(self.period > 0, self.period, 1.0)
-        wrapped = np.where(self.period > 0, np.mod(points, divisor), points)
-        wrapped = np.where(
-            (self.period > 0) & (wrapped >= divisor), 0.0, wrapped
-        )  # a remainder may round to the period
-        return cKDTree(wrapped, boxsize=self.period)
-
-    def nearest_image(self, d: np.ndarray) -> np.ndarray:
-        """Separations [n, 3] between nearest images."""
-        divisor = np.where(self.period > 0, self.period, np.inf)
-        return d - np.where(self.period > 0, self.period, 0.0) * np.rint(d / divisor)
-
-    def close_within(self, segments: Segments, clearance: float) -> Close:
-        """Pairs of segments of different rods that are closer than the clearance."""
-        middle, reach = segments.middle, clearance + segments.longest
-
-        def once(first: np.ndarray, second: np.ndarray) -> Pair:
-            """Each pair of different rods once."""
-            kept = (first < second) & (segments.rod[first] != segments.rod[second])
-            return first[kept], second[kept]
-
-        if self.periodic:
-            found = self.tree(middle).query_pairs(reach, output_type="ndarray")
-            pairs = [once(found[:, 0], found[:, 1])]
-        else:
-            pairs = [once(*part) for part in close_pairs(middle, middle, reach)]
-        return self._closer(segments, segments, pairs, clearance)
-
-    def close_between(self, some: Segments, others: Segments, clearance: float) -> Close:
-        """Pairs of one of ``some`` segments and one of the ``others`` that are closer than the clearance."""
-        reach = clearance + (some.longest + others.longest) / 2
-        if self.periodic:
-            trees = self.tree(some.middle), self.tree(others.middle)
-            found = trees[0].sparse_distance_matrix(trees[1], reach, output_type="ndarray")
-            return self._closer(some, others, [(found["i"], found["j"])], clearance)
-        return self._closer(some, others, close_pairs(some.middle, others.middle, reach), clearance)
-
-    def _closer(self, some: Segments, others: Segments, pairs: Iterable[Pair], clearance: float) -> Close:
-        """Those of the pairs, which come in parts, that are closer than the clearance."""
-        parts = [self._close(some, others, first, second, clearance) for first, second in pairs]
-        some_pair, place = np.empty(0, int), np.empty(0)
-        none = Close(some_pair, some_pair, place, place, np.empty((0, 3)))
-        return Close._make(np.concatenate(part) for part in zip(none, *parts, strict=True))
-
-    def _close(
-        self, some: Segments, others: Segments, first: np.ndarray, second: np.ndarray, clearance: float
-    ) -> Close:
-        apart = (some.start[first] + some.end[first]) / 2 - (others.start[second] + others.end[second]) / 2
-        shift = self.nearest_image(apart) - apart
-        p, a = some.start[first] + shift, some.end[first] - some.start[first]
-        q, b = others.start[second], others.end[second] - others.start[second]
-        along_first, along_second = nearest_points(p, a, q, b)
-        gap = p + along_first[:, None] * a - q - along_second[:, None] * b
-        near = np.linalg.norm(gap, axis=-1) < clearance
-        return Close(first[near], second[near], along_first[near], along_second[near], gap[near])
-
-
-def nearest_points(p: np.ndarray, a: np.ndarray, q: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where segments p + x a and q + y b are closest: x and y in [0, 1] [n]; the vectors are [n, 3].
-
-    Ericson, Real-Time Collision Detection (2005), §5.1.9. Parallel segments are closest at many places; one is given.
+    Two lines that come closer than the ``clearance`` touch. Those of the occupied ``space`` are in the grid from the
+    start, and there is room for ``rods`` more of ``nodes`` nodes each. A line of one node is a segment of length zero;
+    a segment that is not finite touches nothing.
     """
-    tiny = np.finfo(float).tiny
 
-    def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,ni->n", u, v)
+    def __init__(self, space: OccupiedSpace, clearance: float, rods: int = 0, nodes: int = 1):
+        start_warp()
+        self._nodes, self._period = nodes, np.asarray(space.period, dtype=float)
+        self.present = sum(map(len, space.others))
+        """The number of lines in the grid, which are the first ones."""
+        each = [np.full(len(lines), lines.shape[1]) for lines in (*space.others, np.empty((rods, nodes)))]
+        self.chains = _chains(np.concatenate(each))
+        self.chains.clearance, self.chains.period = clearance, wp.vec3d(*self._period)
+        self.node = self.chains.node.numpy()
+        if self.present:
+            given = np.concatenate([lines.reshape(-1, 3) for lines in space.others])
+            self.node[: len(given)] = given
+        self._make_grid(_extent(self.node), max(map(_longest_segment, space.others), default=0.0))
 
-    w = p - q
-    aa, bb, ab, aw, bw = dot(a, a), dot(b, b), dot(a, b), dot(a, w), dot(b, w)
-    size = np.maximum(aa * bb - ab * ab, 0.0)
-    skew = size > 1e-14 * aa * bb
-    x = np.where(skew, np.clip((ab * bw - aw * bb) / np.where(skew, size, 1.0), 0.0, 1.0), 0.0)
-    y = np.clip((ab * x + bw) / np.maximum(bb, tiny), 0.0, 1.0)
-    return np.clip((ab * y - aw) / np.maximum(aa, tiny), 0.0, 1.0), y
+    def _make_grid(self, extent: np.ndarray, longest: float) -> None:
+        """Put the lines that are present into cells that are wide enough for segments of this length.
+
+        extent [3]: of all lines, about.
+        """
+        chains = self.chains
+        chains.longest = WIDER * longest
+        width = max(chains.clearance + chains.longest, np.finfo(float).tiny)
+        cells, per_length = _cells(self._period, extent, width, max(FEW_CELLS, CELLS_PER_SEGMENT * len(chains.rod)))
+        chains.cells, chains.cells_per_length = wp.vec3i(*cells.tolist()), wp.vec3d(*per_length)
+        chains.newest = wp.full(int(cells.prod()), -1, dtype=wp.int32, device="cpu")
+        launch(kernels.insert_rods, chains, 0, self.present)
+
+    def _put(self, lines: np.ndarray) -> None:
+        """Set the nodes of the rods after those that are present."""
+        begin = int(self.chains.begin.numpy()[self.chains.first.numpy()[self.present]]) if len(lines) else 0
+        self.node[begin : begin + lines.shape[0] * self._nodes] = lines.reshape(-1, 3)
+        if (longest := _longest_segment(lines)) > self.chains.longest:
+            end = begin + lines.shape[0] * self._nodes
+            self._make_grid(_extent(self.node[:end]), longest)
+
+    def add(self, lines: np.ndarray) -> None:
+        """Put ``lines`` [rod, node, 3] into the grid, too."""
+        self._put(lines)
+        launch(kernels.insert_rods, self.chains, self.present, len(lines))
+        self.present += len(lines)
+
+    def those_that_fit(self, lines: np.ndarray) -> np.ndarray:
+        """Which of ``lines`` [rod, node, 3] touch none that is present, and no earlier one that fits [rod]."""
+        self._put(lines)
+        fits = wp.zeros(len(lines), dtype=wp.int32, device="cpu")
+        launch(kernels.insert_rods_that_fit, self.chains, self.present, fits)
+        launch(kernels.remove_rods, self.chains, self.present, fits)
+        return fits.numpy().astype(bool)
+
+    def count_touching(self, most: int) -> int:
+        """The number of pairs of lines that touch; about ``most`` where there are more."""
+        self.chains.newest.fill_(-1)
+        last_touched = wp.full(self.present, -1, dtype=wp.int32, device="cpu")
+        count = wp.zeros(1, dtype=wp.int32, device="cpu")
+        launch(kernels.count_touching, self.chains, last_touched, most, count)
+        return int(count.numpy()[0])
+
+
+def launch(kernel: wp.Kernel, *inputs: Any) -> None:
+    """Run a kernel on the host in a single thread."""
+    with exclusive:
+        wp.launch(kernel, dim=1, inputs=list(inputs), device="cpu")
+
+
+def _chains(nodes: np.ndarray) -> Any:
+    """The struct of segments of rods with so many nodes [rod], all nodes at the origin."""
+    each = np.maximum(nodes - 1, 1)
+    first = np.concatenate([[0], np.cumsum(each)])
+    rod = np.repeat(np.arange(len(nodes)), each)
+    # Every rod but the first begins one node further than its segments would without a gap.
+    begin = np.arange(first[-1]) + np.repeat(np.cumsum(nodes) - nodes - first[:-1], each)
+    chains = kernels.Segments()
+    for name, values in (("first", first), ("rod", rod), ("begin", begin), ("end", begin + (nodes > 1)[rod])):
+        setattr(chains, name, wp.array(values.astype(np.int32), device="cpu"))
+    chains.node = wp.zeros(int(nodes.sum()), dtype=wp.vec3d, device="cpu")
+    chains.cell, chains.older = (wp.zeros(len(rod), dtype=wp.int32, device="cpu") for _ in range(2))
+    return chains
+
+
+def _cells(period: np.ndarray, extent: np.ndarray, width: float, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of cells [3] along the axes, after which they repeat, and cells per length [3]; none is narrower.
+
+    On a periodic axis they divide the period.
+    """
+    cells = np.clip(np.where(period > 0, period, extent) // width + (period == 0), 1, most).astype(int)
+    while cells.astype(float).prod() > most:
+        cells[np.argmax(cells)] = FEWER * cells.max()
+    return cells, np.where(period > 0, cells / np.where(period > 0, period, 1.0), 1 / width)
+
+
+def _extent(points: np.ndarray) -> np.ndarray:
+    """Of points [n, 3] along each axis, as far as they are finite."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    return np.ptp(finite, axis=0) if len(finite) else np.zeros(3)
+
+
+def _longest_segment(lines: np.ndarray) -> float:
+    """The largest length of a segment of lines [rod, node, 3], as far as they are finite."""
+    along = np.diff(lines, axis=1)
+    squares = np.einsum("rni,rni->rn", along, along)
+    return float(np.sqrt(squares.max(initial=0.0, where=np.isfinite(squares))))

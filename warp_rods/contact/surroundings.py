@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warp_rods.contact.neighbours import Neighbours
-from warp_rods.contact.walls import Walls
 from warp_rods.device import exclusive
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from warp_rods.contact.neighbours import Neighbours
+    from warp_rods.contact.walls import Walls
 
 
 class Surroundings:
@@ -39,6 +41,8 @@ class Surroundings:
         steric = self._scene.steric
         if steric is None or steric.strength == 0:
             return None
+        from warp_rods.contact.neighbours import Neighbours
+
         ensembles = list(self._ensembles.values())
         period = self._scene.period
         return Neighbours(ensembles, steric.strength, steric.range, steric.core, self._device, period=period)
@@ -47,6 +51,8 @@ class Surroundings:
         box = self._scene.box
         if box is None or box.wall is None:
             return None
+        from warp_rods.contact.walls import Walls
+
         wall: Any = self._container or box.height
         swimmers = [self._ensembles[name] for name in self._swimmers]
         return Walls(swimmers, wall, box.wall.strength, box.wall.range, box.side == "outside", self._device)

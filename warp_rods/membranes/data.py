@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import numpy as np
@@ -29,11 +28,8 @@ Triple = tuple[float, float, float]
 NOWHERE = np.full(3, -np.inf), np.full(3, np.inf)
 
 
-@functools.lru_cache(maxsize=4)
-def from_file(
-    path: Path, changed: int, spacing: Triple | None, origin: Triple, axes: str | None, label: int | None
-) -> LevelSet:
-    """The surface in a file last changed at the time ``changed``; raises FileError.
+def from_file(path: Path, spacing: Triple | None, origin: Triple, axes: str | None, label: int | None) -> LevelSet:
+    """The surface in a file; raises FileError.
 
     spacing: between nodes, or the size of a voxel; that of a mesh may be left out. origin: the first node, or the
     displacement of a mesh.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,6 @@ class Grid:
 
     def level_set(self, values: Values) -> LevelSet:
         """The surface with these values; raises FileError for a file that defines none."""
-        from warp_rods.membranes.data import from_file
         from warp_rods.membranes.kept import kept_level_set
 
         path, spacing = Path(values["file"]), values.get("spacing")
@@ -65,7 +65,22 @@ class Grid:
         spacing = None if spacing is None else tuple(spacing)
         if ending(path) == KEPT:
             return kept_level_set(path, changed, spacing, origin)
-        return from_file(path, changed, spacing, origin, values.get("axes"), values.get("label"))
+        return _from_file(path, changed, spacing, origin, values.get("axes"), values.get("label"))
+
+
+@functools.lru_cache(maxsize=4)
+def _from_file(
+    path: Path, changed: int, spacing: Triple | None, origin: Triple, axes: str | None, label: int | None
+) -> LevelSet:
+    """The surface in a file last changed at the time ``changed``."""
+    from warp_rods.membranes.surface_cache import kept_surface
+
+    def make() -> LevelSet:
+        from warp_rods.membranes.data import from_file  # slow to import
+
+        return from_file(path, spacing, origin, axes, label)
+
+    return kept_surface(path, (spacing, origin, axes, label), make)
 
 
 def _path(value: Any, faults: list[Fault]) -> Path | None:

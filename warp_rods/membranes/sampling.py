@@ -218,31 +218,30 @@ def _through_boxes(size: np.ndarray, lines: int, rng: np.random.Generator) -> tu
 
 def _crossed(surface: Surface, foot: np.ndarray, d: np.ndarray, t: np.ndarray, box: Box) -> _Crossed:
     """Where φ changes sign between the samples ``t`` [line, sample] of lines, as far as these are near the box."""
-    line, sample = np.nonzero(_near_box(foot, d, t, box))
-    positive = surface.phi(foot[line] + t[line, sample][:, None] * d[line]) > 0
-    next_to = (line[1:] == line[:-1]) & (sample[1:] == sample[:-1] + 1)
-    at = np.flatnonzero(next_to & (positive[1:] != positive[:-1]))
-    on = line[at]
-    return _Crossed(foot[on], d[on], t[on, sample[at]], t[on, sample[at + 1]], positive[at + 1])
+    found = surface.crossings(foot, d, t, *_near_box(foot, d, t, box))
+    on, sample = np.nonzero(found)
+    return _Crossed(foot[on], d[on], t[on, sample], t[on, sample + 1], found[on, sample] < 0)
 
 
-def _near_box(foot: np.ndarray, d: np.ndarray, t: np.ndarray, box: Box) -> np.ndarray:
-    """Which samples ``t`` [line, sample] of lines are in the box, or within two samples of one that is."""
-    spare = 2 * (t[:, 1] - t[:, 0])[:, None]
+def _near_box(foot: np.ndarray, d: np.ndarray, t: np.ndarray, box: Box) -> tuple[np.ndarray, np.ndarray]:
+    """Where lines [line] are in the box, or within two samples ``t`` [line, sample] of it: from and to."""
+    spare = 2 * (t[:, 1] - t[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         sides = np.stack([(side - foot) / d for side in box])
     # Along a face (0/0) a line is inside as far as that face tells.
     enter, leave = np.nan_to_num(sides.min(axis=0), nan=-np.inf), np.nan_to_num(sides.max(axis=0), nan=np.inf)
-    enter, leave = enter.max(axis=-1, keepdims=True), leave.min(axis=-1, keepdims=True)
-    return (t >= enter - spare) & (t <= leave + spare)
+    return enter.max(axis=-1) - spare, leave.min(axis=-1) + spare
 
 
 def _crossings(surface: Surface, box: Box, crossed: Sequence[_Crossed]) -> np.ndarray:
     """The zeros [n, 3] of φ in pieces of lines, by bisection, as far as they are in the box."""
     foot, d, a, b, outside = (np.concatenate(parts) for parts in zip(*crossed, strict=True))
+    if not len(foot):
+        return foot
+    phi = surface.phi_again(len(foot))
     for _ in range(50):
         middle = (a + b) / 2
-        beyond = (surface.phi(foot + middle[:, None] * d) > 0) == outside
+        beyond = (phi(foot + middle[:, None] * d) > 0) == outside
         a, b = np.where(beyond, a, middle), np.where(beyond, middle, b)
     points = foot + a[:, None] * d
     return points[((points >= box[0]) & (points <= box[1])).all(axis=1)]

@@ -6,20 +6,15 @@ wrote it, and the version of SymPy. A file that is damaged, or says something el
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-import warp as wp
-
 from warp_rods import formula
-from warp_rods.device import start
+from warp_rods.membranes.cache_folder import cache_folder, replace_file
 
 __all__ = ["kept_source"]
 
@@ -38,7 +33,8 @@ def kept_source(kind: str, phi: str, names: Sequence[str], make: Callable[[], st
     file = _folder() / f"{_digest(json.dumps(subject))}.json"
     if (found := _read(file, subject)) is None:
         found = make()
-        _write(file, {**subject, "source": found, "sha256": _digest(found)})
+        content = {**subject, "source": found, "sha256": _digest(found)}
+        replace_file(file, json.dumps(content).encode("ascii"))
     return found
 
 
@@ -51,8 +47,7 @@ def _writers() -> str:
 
 
 def _folder() -> Path:
-    start()  # which decides where the cache is
-    return Path(wp.config.kernel_cache_dir or tempfile.gettempdir()) / FOLDER
+    return cache_folder(FOLDER)
 
 
 def _read(file: Path, subject: dict[str, object]) -> str | None:
@@ -64,20 +59,6 @@ def _read(file: Path, subject: dict[str, object]) -> str | None:
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
     return source if whole else None
-
-
-def _write(file: Path, content: dict[str, object]) -> None:
-    """Replace a file as a whole: other processes may read it, or write it at the same time."""
-    with contextlib.suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        number, partial = tempfile.mkstemp(dir=file.parent, suffix=".partial")
-        try:
-            with os.fdopen(number, "w", encoding="ascii") as opened:
-                json.dump(content, opened)
-            os.replace(partial, file)
-        except OSError:
-            os.unlink(partial)
-            raise
 
 
 def _digest(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -10,7 +11,7 @@ import warp as wp
 
 from warp_rods.device import exclusive, start
 from warp_rods.documented import Documented
-from warp_rods.kernels.surface.geometry import Numbers, Parameters, sampler
+from warp_rods.kernels.surface.geometry import Numbers, Parameters, crossings_of, sampler
 from warp_rods.membranes import motion
 from warp_rods.membranes.level_set import Box, Kind, LevelSet, MovingKind, Values
 from warp_rods.values import shown
@@ -23,6 +24,8 @@ class Surface(metaclass=Documented):
 
     A surface with a formula in t among its values moves. Its methods then refer to t = 0; see ``at`` for other times.
     """
+
+    _unlisted = frozenset({"crossings", "phi_again"})
 
     def __init__(self, kind: str, values: Values, row: Kind):
         """``row``: that of the kind; ``values``: as ``row.read`` returns them."""
@@ -91,6 +94,45 @@ class Surface(metaclass=Documented):
             inputs = [wp.array(x, dtype=wp.vec3d, device="cpu", copy=False), self._sampled, *arrays]
             wp.launch(getattr(sampler(self.field), kernel), dim=len(x), inputs=inputs, device="cpu")
             return [a.numpy() for a in arrays]
+
+    def crossings(
+        self, foot: np.ndarray, direction: np.ndarray, place: np.ndarray, begin: np.ndarray, end: np.ndarray
+    ) -> np.ndarray:
+        """Where φ changes its sign along lines ``foot`` + t ``direction`` [line, 3] between places t [line, sample].
+
+        Only places from ``begin`` to ``end`` [line] count. Integers [line, sample]: −1 where φ > 0 at the next place
+        alone, 1 where it is at this place alone, otherwise 0.
+        """
+        start()
+        with exclusive:
+            if self._sampled is None:
+                self._sampled = self.device_parameters("cpu")
+            crossed = wp.zeros(place.shape, dtype=wp.int32, device="cpu")
+            inputs: list[Any] = [wp.array(x, dtype=wp.vec3d, device="cpu") for x in (foot, direction)]
+            inputs += [wp.array(np.ascontiguousarray(x), device="cpu") for x in (place, begin, end)]
+            inputs += [self._sampled, crossed]
+            wp.launch(crossings_of(self.field), dim=len(foot), inputs=inputs, device="cpu")
+            return crossed.numpy()
+
+    def phi_again(self, count: int) -> Callable[[np.ndarray], np.ndarray]:
+        """A function that evaluates φ [count] at points [count, 3] many times; a result lasts until the next one."""
+        start()
+        with exclusive:
+            if self._sampled is None:
+                self._sampled = self.device_parameters("cpu")
+            x = wp.empty(count, dtype=wp.vec3d, device="cpu")
+            phi = wp.empty(count, dtype=wp.float64, device="cpu")
+            inputs = [x, self._sampled, phi]
+            launch = wp.launch(sampler(self.field).value, dim=count, inputs=inputs, device="cpu", record_cmd=True)
+        points, found = x.numpy(), phi.numpy()
+
+        def evaluate(at: np.ndarray) -> np.ndarray:
+            points[:] = at
+            with exclusive:
+                launch.launch()
+            return found
+
+        return evaluate
 
     def device_parameters(self, device, time: float = 0.0) -> wp.array:
         """The parameters in an array of one element, whose changes a recorded step sees.

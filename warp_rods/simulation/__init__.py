@@ -1,6 +1,7 @@
 """From a scene to a run folder.
 
 layout, surfaces                     the surfaces and ensembles of a scene on a device
+swimmers, filaments                  how each kind of rod is built and placed
 loop, frames, hooks                  the loop from frame to frame, and user functions called during a run
 watch, report                        warnings about results; messages of a run
 runner, opening, saver               one run into its folder, with progress: how it begins, what it saves

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from warp_rods.simulation.layout import Layout
 
 
-def nodes_of_cosserat(layout: Layout, table: CosseratTable) -> Resolution:
+def nodes_of(layout: Layout, table: CosseratTable) -> Resolution:
     """The number of nodes of a table, with a warning where it is small."""
     return resolution(table, criteria_of_cosserat(table, layout.scene.steric))
 
 
-def build_cosserat(layout: Layout, table: CosseratTable) -> None:
+def build(layout: Layout, table: CosseratTable) -> None:
     """Add an ensemble of extensible and shearable rods to the layout."""
     placed: dict[str, Any] = {}
     if table.placement is not None:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warp_rods.contact.capacity import area_for, refuse_crowd_on
-from warp_rods.contact.overlap import without_overlap
-from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.errors import SceneError
 from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.surface import Surface, ends_of
+from warp_rods.rods.bound.centre_lines import centre_lines
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
@@ -34,8 +32,10 @@ ROUGH_NODES = 65
 MOST_ROUNDS = 200
 """Rounds of drawing filaments again that stick out of the box of an open surface."""
 
+Poses = tuple[np.ndarray, np.ndarray]
 
-def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
+
+def nodes_of(layout: Layout, table: FilamentsTable) -> Resolution:
     """The number of nodes of a table, by the curvatures of the membrane where its filaments may be."""
     surface, end = layout.surface, layout.scene.time.end
     assert surface is not None  # a scene of filaments without a surface is refused
@@ -54,36 +54,31 @@ def _with_length(layout: Layout, table: FilamentsTable) -> FilamentsTable:
     return table.model_copy(update={"length": tuple(arrays["length"].tolist())})
 
 
-def build_filaments(layout: Layout, table: FilamentsTable) -> None:
+def build(layout: Layout, table: FilamentsTable) -> None:
     """Add an ensemble of filaments to the layout."""
     surface, table = layout.surface, _with_length(layout, table)
     assert surface is not None
 
-    def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
-        parameters: dict[str, Any] = {
-            "length": each_rod(table.known_length, table.count)[rods],
-            **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
-        }
-        growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
+    def made(position: np.ndarray, direction: np.ndarray, **placed) -> BoundRods:
+        growth = None if table.growth is None else _growth_of(table.growth, table.count)
         return BoundRods(
             surface, position, direction, nodes=table.node_count, ends=table.ends, growth=growth, device=layout.device,
-            **parameters, **placed,
+            **_parameters(table), **placed,
         )  # fmt: skip
 
     part = part_of(surface, table.bodies)
     if table.shape is not None:
         arrays, middle = layout.start_of(table), table.node_count // 2
         placed = {"geodesic_curvature": arrays["geodesic_curvature"]}
-        rods = build(arrays["line"][:, middle], arrays["tangent"][:, middle], **placed)
+        rods = made(arrays["line"][:, middle], arrays["tangent"][:, middle], **placed)
         _refuse_lost(rods, "shape")
     elif (p := table.placement) is None or isinstance(p, str):
-        position, direction = _random(layout, table, part, build)
-        rods = build(position, direction)
+        rods = made(*_random(layout, table, part))
     else:
         geodesic: Any = p.geodesic_curvature
         if not isinstance(geodesic, str):
             geodesic = each_node(geodesic, table.count, table.node_count)
-        rods = build(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
+        rods = made(np.array(p.position), np.array(p.direction), at=p.at, geodesic_curvature=geodesic)
         _refuse_lost(rods, "placement")
     layout.ensembles[table.name] = rods
 
@@ -94,12 +89,17 @@ def _refuse_lost(rods: BoundRods, key: str) -> None:
         raise SceneError(f"{key}: rod {lost[0]} {what}: place it elsewhere, or shorten it")
 
 
-def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:
-    """The growth of some of the rods."""
+def _parameters(table: FilamentsTable) -> dict[str, Any]:
+    """Length [rod], and stiffness, intrinsic strains and drag [rod, 3]."""
+    threes = {name: each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic", "drag")}
+    return {"length": each_rod(table.known_length, table.count), **threes}
+
+
+def _growth_of(growth: GrowthTable, count: int) -> dict[str, Any]:
+    """The growth of each rod."""
     whole = growth.model_dump(exclude_none=True)
-    each = {key: each_rod(whole[key], count)[rods] for key in ("rate", "until", "start") if key in whole}
-    rows = {key: np.array(whole[key]) for key in ("time", "length") if key in whole}
-    return whole | each | {key: values[rods] if values.ndim == 2 else values for key, values in rows.items()}
+    each = {key: each_rod(whole[key], count) for key in ("rate", "until", "start") if key in whole}
+    return whole | each | {key: np.array(whole[key]) for key in ("time", "length") if key in whole}
 
 
 def _check_length(surface: Surface, table: FilamentsTable) -> None:
@@ -133,27 +133,30 @@ def _room(
     return found * float(np.prod(wider[1:]))
 
 
-def _random(
-    layout: Layout, table: FilamentsTable, part: placement.Part | None, build: Callable
-) -> tuple[np.ndarray, np.ndarray]:
+def _random(layout: Layout, table: FilamentsTable, part: placement.Part | None) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
     has_end = bool(np.isfinite(ends_of(surface)).all())
+    parameters, clamped = _parameters(table), (table.ends[0] == "clamped", table.ends[1] == "clamped")
 
-    def drawn(count: int) -> tuple[np.ndarray, np.ndarray]:
+    def drawn(count: int) -> Poses:
         position = placement.uniform_points(surface, count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
 
-    def inside(rods: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], Any]:
-        """Poses and filaments, which lie inside the box in which φ is given."""
+    def laid_out(position: np.ndarray, direction: np.ndarray, rods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        own = {name: values[rods] for name, values in parameters.items()}
+        return centre_lines(surface, position, direction, table.node_count, own, clamped, layout.device)
+
+    def inside(rods: np.ndarray) -> tuple[Poses, np.ndarray]:
+        """Poses and centre lines of filaments that lie inside the box in which φ is given."""
         position, direction = drawn(len(rods))
-        made = build(position, direction, rods)
+        lines, status = laid_out(position, direction, rods)
         for _ in range(MOST_ROUNDS):
-            if not len(out := np.flatnonzero(made.status == Status.LEFT_DATA)):
-                return (position, direction), made
+            if not len(out := np.flatnonzero(status == Status.LEFT_DATA)):
+                return (position, direction), lines
             position[out], direction[out] = drawn(len(out))
-            made = build(position, direction, rods)
+            lines[out], status[out] = laid_out(position[out], direction[out], rods[out])
         raise SceneError(
             f"length = {np.max(table.known_length):g}: no place was found where the filament is in the box"
         )
@@ -162,14 +165,13 @@ def _random(
         return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
     spacing = float(np.max(table.known_length)) / (table.node_count - 1)
 
-    def draw(rods: np.ndarray) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        poses, made = inside(rods)
-        return poses, made.position
+    from warp_rods.contact.overlap import without_overlap
+    from warp_rods.contact.segments import OccupiedSpace
 
     clearance = max(steric.core, spacing)
     _refuse_crowd(surface, part, table, clearance)
     space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
-    found = without_overlap(table.count, draw, clearance, space)
+    found = without_overlap(table.count, inside, clearance, space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
     return position, direction

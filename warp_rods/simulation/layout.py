@@ -5,29 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from warp_rods.contact.arrangements import arranged_poses, count_outside, given_poses
-from warp_rods.contact.barrier import barrier_warnings
-from warp_rods.contact.overlap import overlapping
 from warp_rods.errors import SceneError
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
-from warp_rods.rods.free.rods import FreeRods
-from warp_rods.rods.free.shapes import perturbed
-from warp_rods.rods.per_rod import each_rod
-from warp_rods.scene.along import given_along
-from warp_rods.scene.ends import given_end
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.cosserat import build_cosserat, nodes_of_cosserat
-from warp_rods.simulation.criteria import criteria_of_swimmers
 from warp_rods.simulation.estimates import check_memory
-from warp_rods.simulation.filaments import build_filaments, nodes_of_filaments
-from warp_rods.simulation.resolution import Resolution, resolution
+from warp_rods.simulation.resolution import Resolution
 from warp_rods.simulation.start_arrays import Arrays, Given, largest_bending
 from warp_rods.simulation.starts import read_start
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
@@ -106,14 +95,24 @@ def lay_out(scene: Scene, device) -> Layout:
     if any(scene.period):
         sides = " × ".join(f"{side:.4g}" for side in scene.period if side)
         layout.notes.append(f"box: periods {sides}, {sum(t.count for t in scene.swimmers)} swimmers")
-    for table in scene.swimmers:
-        if out := count_outside(scene, layout.container, layout.ensembles[table.name].position):
-            layout.warnings.append(
-                f"{table.name}: {out} rods start beyond a wall of the box, which will push them hard; place them inside"
-            )
+    if scene.box and scene.box.wall:
+        layout.warnings += _beyond_walls(layout)
     if scene.steric and scene.steric.strength > 0:
         layout.warnings += _steric_warnings(layout, scene.steric)
     return layout
+
+
+def _beyond_walls(layout: Layout) -> list[str]:
+    """Warnings of swimmers that start beyond a wall."""
+    from warp_rods.contact.arrangements import count_outside
+
+    found = []
+    for table in layout.scene.swimmers:
+        if out := count_outside(layout.scene, layout.container, layout.ensembles[table.name].position):
+            found.append(
+                f"{table.name}: {out} rods start beyond a wall of the box, which will push them hard; place them inside"
+            )
+    return found
 
 
 @contextmanager
@@ -141,7 +140,7 @@ def _choose_nodes(layout: Layout) -> Scene:
         tables = []
         for index, table in enumerate(getattr(layout.scene, kind)):
             with _naming(kind, index):
-                found = row.resolve(layout, table)
+                found = row.nodes_of(layout, table)
             layout.notes += found.notes
             layout.warnings += found.warnings
             tables.append(table.model_copy(update={"nodes": found.nodes}))
@@ -151,12 +150,13 @@ def _choose_nodes(layout: Layout) -> Scene:
 
 
 def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
-    """Warnings if rods may pass through each other."""
+    """Warnings if rods may pass through each other; spacings of nodes are a criterion of their number."""
+    from warp_rods.contact.barrier import barrier_warnings
+    from warp_rods.contact.overlap import overlapping
+
     found = []
-    for name, rods in layout.ensembles.items():
-        # No spacing: that of the nodes is a criterion of their number.
-        if isinstance(rods, FreeRods):
-            found += barrier_warnings(name, steric.strength, steric.range, steric.core)
+    for table in layout.scene.swimmers:
+        found += barrier_warnings(table.name, steric.strength, steric.range, steric.core)
     period = min((side for side in layout.scene.period if side), default=np.inf)
     if layout.scene.swimmers and period < 1 + steric.core:
         found.append(
@@ -172,95 +172,25 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
     return found
 
 
-def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
-    shape: Any = table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)}
-    flagella = table.flagella.model_dump()
-    if table.shape.from_file:
-        arrays, size = layout.start_of(table), table.shape.perturbation or 0.0
-        shape = perturbed(arrays["strain"], size, each_rod(table.moment, table.count), shape["seed"])
-        flagella |= {"profile": arrays["activity"]} if "activity" in arrays else {}
-    return FreeRods(
-        table.count,
-        table.node_count,
-        moment=table.moment,
-        symmetric=table.symmetric,
-        **_along(table),
-        flagella=flagella,
-        shape=shape,
-        **placed,
-        device=layout.device,
-    )
-
-
-def _along(table: SwimmersTable) -> dict[str, Any]:
-    """What a table gives along the rods and at their ends."""
-    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist")
-    given = {name: given_along(value) for name in names if (value := getattr(table, name)) is not None}
-    natural = table.natural_bend
-    if isinstance(natural, NaturalBend):
-        given["natural_bend"] = {"second": given_along(natural.second), "third": given_along(natural.third)}
-    elif natural is not None:
-        given["natural_bend"] = given_along(natural)
-    if table.ends is not None:
-        given["ends"] = [given_end(end) for end in table.ends]
-    return given
-
-
-def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarray]]:
-    """Middle points and frames of all swimmers with this placement, which are placed together, by name."""
-    tables = [table for table in layout.scene.swimmers if table.placement == arrangement]
-    shapes = {table.name: _free_rods(layout, table).position for table in tables}
-    rng = layout.random(arrangement)
-    poses, note = arranged_poses(arrangement, layout.scene, layout.container, shapes, layout.lines, rng)
-    layout.notes.append(f"{', '.join(shapes)}: placed {arrangement}; {note}")
-    return poses
-
-
-def _swimmer_nodes(layout: Layout, table: SwimmersTable) -> Resolution:
-    return resolution(table, criteria_of_swimmers(table, layout.scene.steric, layout.bending_at_start(table.name)))
-
-
-def _swimmers(layout: Layout, table: SwimmersTable) -> None:
-    placed: dict[str, np.ndarray] = {}
-    if isinstance(table.placement, str):
-        if table.placement not in layout.arranged:
-            layout.arranged[table.placement] = _arranged(layout, table.placement)
-        placed = layout.arranged[table.placement][table.name]
-    elif table.placement is not None:
-        placed = given_poses(table.placement.position, table.placement.direction)
-    elif table.shape.from_file:
-        arrays = layout.start_of(table)
-        placed = {name: arrays[name] for name in ("position", "rotation")}
-    layout.ensembles[table.name] = _free_rods(layout, table, **placed)
-    wall = layout.scene.box and layout.scene.box.wall
-    if not (table.symmetric or layout.scene.steric or wall):
-        layout.notes += _symmetric_start(table, layout.ensembles[table.name])
-
-
-def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:
-    """A note if nothing but round-off can break the symmetry of swimmers."""
-    count = int(rods.symmetric_start.sum())
-    if not count:
-        return []
-    return [
-        f"{table.name}: {count} of {table.count} rods start with the symmetry under rotation by π, which the equations "
-        f"keep: where such a shape is unstable, round-off chooses the side to which it breaks, and the direction of "
-        f"swimming, and another step may reverse it. shape.perturbation = 1e-3 lets the seed choose; symmetric = true "
-        f"keeps the symmetry of even shapes"
-    ]
-
-
 @dataclass(frozen=True)
 class Builder:
-    """Functions of the layout and a table: ``resolve`` chooses its number of nodes, ``build`` adds its ensemble."""
+    """The module beside this one that builds a kind of rod; it is imported with its kernels for scenes that have some.
 
-    resolve: Callable[[Layout, Any], Resolution]
-    build: Callable[[Layout, Any], None]
+    Its functions of the layout and a table: ``nodes_of`` chooses the number of nodes, ``build`` adds the ensemble.
+    """
+
+    module: str
+
+    @property
+    def nodes_of(self) -> Callable[[Layout, Any], Resolution]:
+        """The function of this name."""
+        return import_module(f"warp_rods.simulation.{self.module}").nodes_of  # type: ignore[no-any-return]
+
+    @property
+    def build(self) -> Callable[[Layout, Any], None]:
+        """The function of this name."""
+        return import_module(f"warp_rods.simulation.{self.module}").build  # type: ignore[no-any-return]
 
 
-BUILDERS = {
-    "filaments": Builder(nodes_of_filaments, build_filaments),
-    "swimmers": Builder(_swimmer_nodes, _swimmers),
-    "cosserat": Builder(nodes_of_cosserat, build_cosserat),
-}
+BUILDERS = {kind: Builder(kind) for kind in ("filaments", "swimmers", "cosserat")}
 """By the name of the table in the scene."""

@@ -100,6 +100,13 @@ def allocate(
     )
 
 
+def allocate_lines(
+    parameters: Mapping[str, np.ndarray], nodes: int, clamped: tuple[bool, bool], tracked: int, device: Any
+) -> tuple[Any, Any]:
+    """What is needed to lay filaments out, without their history: ``Filaments`` and ``Plan``."""
+    return _filaments(parameters, nodes, clamped, tracked, False, device), _plan(len(parameters["length"]), device)
+
+
 def _filaments(
     parameters: Mapping[str, np.ndarray],
     nodes: int,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,8 @@ class Outside:
     """
 
     def __init__(self, flow: Any, gravity: Any, forces: Any, count: int):
+        if flow is not None and not isinstance(flow, (Mapping, FlowTable)):
+            raise arguments.wrong("flow", flow, "a table { kind, … }, or None")
         self.flow = None if flow is None else read_table(FlowTable, flow, "flow")
         self._profile: Profile | tuple | None = None
         if self.flow is not None:
@@ -116,4 +118,4 @@ def _tables(forces: Any) -> list[ForceTable]:
         return []
     if isinstance(forces, (str, bytes)) or not isinstance(forces, Sequence):
         raise arguments.wrong("forces", forces, "a list of tables { force, couple }")
-    return [read_table(ForceTable, table, f"forces[{i}]") for i, table in enumerate(forces)]
+    return [read_table(ForceTable, table, "forces", i) for i, table in enumerate(forces)]

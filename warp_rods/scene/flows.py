@@ -35,7 +35,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class FlowKey:
-    """A key of a flow: what is allowed, in words; the check, which raises ValueError; and the default, None for none."""
+    """A key of a flow: what is allowed, in words; its check, which raises ValueError; its default, None for none."""
 
     words: str
     check: Callable[[Any], Any]

@@ -1,5 +1,7 @@
 """Free rods in background flows: exact answers, the same forces in NumPy, the energy law, and steps."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from examples.free import in_space, passive, planar, slope
@@ -279,7 +281,7 @@ def test_steps_in_a_flow_are_of_second_order(device, verified):
         rods.step(0.2 / count, int(count))
         runs.append(rods.variables())
     found = [
-        slope(steps[:-1], [abs(b[name] - a[name]).max() for a, b in zip(runs, runs[1:], strict=False)])
+        slope(steps[:-1], [abs(b[name] - a[name]).max() for a, b in pairwise(runs)])
         for name in ("position", "orientation", "strain")
     ]
     verified.order(

@@ -40,7 +40,7 @@ def test_a_straight_rod_sinks(device, which, verified):
 
 
 def heavy_elastica(bend, weight):
-    """The angle θ(s), s from −1/2 to 1/2, of a rod clamped along x under a weight along −z: b θ'' = w (1/2 − s) cos θ."""
+    """The angle θ(s) of a rod clamped along x under a weight along −z: b θ'' = w (1/2 − s) cos θ."""
 
     def slopes(s, y):
         return np.stack([y[1], weight * (0.5 - s) * np.cos(y[0]) / bend])
@@ -101,7 +101,7 @@ def test_a_couple_per_length_about_the_tangent_twists(device, which, verified):
 
 
 def test_a_couple_along_the_rod_turns_a_free_one(device):
-    """A couple about the tangent spins a straight rod at µ0/ζr, in steps of its own; one that oscillates, in equal ones."""
+    """A couple about the tangent spins a straight rod at µ0/ζr: in steps of its own, or in equal ones if it oscillates."""
     rods = passive(device, shape=STRAIGHT, couple=3e-3)
     assert rods.has_own_steps
     rods.advance_to(0.5)

@@ -18,6 +18,10 @@ from warp_rods.kernels.multistep import Pace
 wp.set_module_options({"enable_backward": False})
 
 
+NO_TIME = wp.constant(real(1.0e-300))
+"""Δt where there is neither step nor drift yet."""
+
+
 @wp.struct
 class Hold:
     """What holds or loads both ends of rods in space [rod, end]."""
@@ -106,7 +110,7 @@ def set_ends(
     last = rotation.shape[1] - 1
     for lane in range(rods_in(tile, rotation.shape[0])):
         rod = tile * WIDTH + lane
-        dt = wp.max(clock[STEP], pace.at[rod, 0] - pace.at[rod, 1])
+        dt = wp.max(wp.max(clock[STEP], pace.at[rod, 0] - pace.at[rod, 1]), NO_TIME)
         first_angle = angle[rod] + angle_from(rod, rods.tracked, 0, rods.spacing, shape.twist)
         last_angle = angle[rod] + angle_from(rod, rods.tracked, last, rods.spacing, shape.twist)
         set_end(rod, 0, rods.first, rotation[rod, 0], first_angle, dt, hold)

@@ -57,6 +57,15 @@ STATIC = {
     "length": Variable(("rod",), "float64", "length", "length of the rod", ""),
     "bending_stiffness": Variable(("rod",), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
     "twist_stiffness": Variable(("rod",), "float64", "1", "twist stiffness β∥", "B∥/f*L³"),
+    "bending_stiffness_along": Variable(("rod", "node"), "float64", "1", "bending stiffness β⊥", "B⊥/f*L³"),
+    "twist_stiffness_along": Variable(("rod", "node"), "float64", "1", "twist stiffness β∥", "B∥/f*L³"),
+    "drag_along": Variable(("rod",), "float64", "1", "drag along ζ∥", ""),
+    "drag_along_along": Variable(("rod", "node"), "float64", "1", "drag along ζ∥", ""),
+    "drag_ratio_along": Variable(("rod", "node"), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
+    "rotational_drag_along": Variable(("rod", "node"), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),
+    "natural_strain": Variable(
+        ("rod", "node", "strain_component"), "float64", "1/length", "natural strain, at t = 0", "", SWIMMER_STRAINS
+    ),
     "moment": Variable(("rod",), "float64", "1", "active moment M", "m = M f"),
     "drag_ratio": Variable(("rod",), "float64", "1", "drag ratio η", "ζ⊥/ζ∥"),
     "rotational_drag": Variable(("rod",), "float64", "1", "rotational drag ηr", "ζr/ζ∥L²"),

@@ -6,14 +6,15 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import AfterValidator, Field
 
+from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
 from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
     NumberEach,
-    PositiveEach,
     Vector,
     WordOrTable,
     ZeroOrMoreEach,
@@ -78,6 +79,13 @@ def _odd(nodes: int) -> int:
     return nodes
 
 
+class NaturalBend(Table):
+    """Natural bending about the second and about the third director."""
+
+    second: NumberAlong = Field(default=0.0, description="a number" + OR_IN_TIME)
+    third: NumberAlong = Field(default=0.0, description="a number" + OR_IN_TIME)
+
+
 class SwimmersTable(EnsembleTable):
     """An ensemble of active free rods (chapter 4) with dimensionless parameters."""
 
@@ -86,11 +94,20 @@ class SwimmersTable(EnsembleTable):
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES), AfterValidator(_odd)]] = Field(
         description='an odd whole number, 17 or more, at most 100 000, or "auto"'
     )
-    bend: PositiveEach = Field(description="a positive number" + OR_EACH)
-    twist: PositiveEach = Field(description="a positive number" + OR_EACH)
+    bend: PositiveAlong = Field(description="a positive number" + OR_ALONG)
+    twist: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
-    drag_ratio: PositiveEach = Field(default=2.0, description="a positive number" + OR_EACH)
-    rotational_drag: PositiveEach = Field(default=3e-3, description="a positive number" + OR_EACH)
+    drag_ratio: PositiveAlong = Field(default=2.0, description="a positive number" + OR_ALONG)
+    drag_along: PositiveAlong | None = Field(default=None, description="a positive number" + OR_ALONG)
+    rotational_drag: PositiveAlong = Field(default=3e-3, description="a positive number" + OR_ALONG)
+    natural_bend: NumberAlong | NaturalBend | None = Field(
+        default=None, description="a number" + OR_IN_TIME + ", or a table { second, third } of two such values"
+    )
+    natural_twist: NumberAlong | None = Field(default=None, description="a number" + OR_IN_TIME)
+    ends: tuple[EndOrKind, EndOrKind] | None = Field(
+        default=None,
+        description='two ends, the first and the last, each "free", "hinged", "clamped", or a table { kind, … }',
+    )
     flagella: FlagellaTable = Field(
         default_factory=FlagellaTable,
         description="a table { relaxation, diffusion, profile, sharpness, law }",
@@ -105,7 +122,7 @@ class SwimmersTable(EnsembleTable):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        plain_keys = ("bend", "twist", "moment", "drag_ratio", "rotational_drag")
+        plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
         return length_faults(raw, good, (*plain_keys, *nested, *of_flagella))

@@ -12,11 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warp_rods import arguments
+from warp_rods.rods.free.along import Along, at_nodes
+from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import each_rod
+from warp_rods.scene.along import AtNodes, given_along
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
-from warp_rods.scene.swimmers import SwimmersTable
+from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.samples import Sample
 
@@ -44,6 +48,8 @@ LARGEST_ANGLE = 0.25
 """Bending of a filament in radians per cell."""
 VARIES = 0.1
 """Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
+SAMPLES = 257
+"""Places along a rod at which values along it are looked at."""
 ANGLES = 72
 """Orientations in the tangent plane at which the energy is evaluated."""
 ROWS_AT_ONCE = 500
@@ -67,7 +73,7 @@ class Criterion:
 
 def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None) -> list[Criterion]:
     """What the nodes of swimmers must resolve: bending under their thrust, twist, the start, and contact."""
-    return [_buckling(table), *_twist(table), *_start(table), *_contact(steric)]
+    return [_buckling(table), *_twist(table), *_natural(table), *_start(table), *_contact(steric)]
 
 
 def criteria_of_filaments(table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None) -> list[Criterion]:
@@ -84,7 +90,7 @@ def criteria_of_filaments(table: FilamentsTable, samples: Sequence[Sample], ster
 
 
 def _buckling(table: SwimmersTable) -> Criterion:
-    bend, drag = (each_rod(getattr(table, name), table.count) for name in ("bend", "drag_ratio"))
+    bend, drag = _along(table, "bend").min(axis=1), _along(table, "drag_ratio").max(axis=1)
     soft = bend / drag
     waves = (soft < np.maximum(SOFTEST_STEADY, WAVING * _reversal(table))) & (_imbalance(table) > 0)
     share = np.where(waves, WAVES, BENDS)
@@ -93,6 +99,35 @@ def _buckling(table: SwimmersTable) -> Criterion:
     what = "may wave" if waves[rod] else "bends under its thrust"
     reason = f"a swimmer of β⊥ = {bend[rod]:.3g} {what}: Δs ≤ {share[rod]:g} (β⊥/η)^(1/3) = {largest:.3g}"
     return Criterion(reason, largest)
+
+
+def _along(table: SwimmersTable, name: str) -> np.ndarray:
+    """Values of a parameter [rod, sample] along the rods."""
+    given = getattr(table, name)
+    given = 1.0 if given is None else given
+    count = len(given.nodes) if isinstance(given, AtNodes) else SAMPLES
+    return at_nodes(Along(name, given_along(given), table.count, count, arguments.ANY).values, count)
+
+
+def _natural(table: SwimmersTable) -> list[Criterion]:
+    """Natural bending: its half waves, and the largest angle from node to node; at the start, if it changes in time."""
+    given = table.natural_bend
+    if given is None:
+        return []
+    pair = (given.second, given.third) if isinstance(given, NaturalBend) else (0.0, given)
+    tables = [part for part in pair if isinstance(part, AtNodes)]
+    count = len(tables[0].nodes) if tables else SAMPLES
+    bend = {"second": given_along(pair[0]), "third": given_along(pair[1])}
+    natural = Natural(bend, 0.0, table.count, count)
+    largest = float(np.hypot(*np.moveaxis(natural.bending, -1, 0)).max())
+    if not largest:
+        return []
+    signs = np.sign(natural.bending)
+    half_waves = 1 + int((signs[:, 1:] * signs[:, :-1] < 0).sum(axis=1).max())
+    return [
+        Criterion(f"natural bending has {half_waves} half waves", cells=CELLS_PER_HALF_WAVE * half_waves),
+        Criterion(f"natural bending is up to {largest:.3g}", LARGEST_ANGLE / largest),
+    ]
 
 
 def _reversal(table: SwimmersTable) -> np.ndarray:
@@ -111,7 +146,8 @@ def _imbalance(table: SwimmersTable) -> float:
 
 def _twist(table: SwimmersTable) -> list[Criterion]:
     """A twist moment T makes a straight rod coil into helices of wavenumber 3T/4β⊥ (docs/model.md §9)."""
-    bend, twist, moment = (each_rod(getattr(table, name), table.count) for name in ("bend", "twist", "moment"))
+    bend, twist = (_along(table, name).min(axis=1) for name in ("bend", "twist"))
+    moment = each_rod(table.moment, table.count)
     writhes = table.shape.kind == "writhe"
     T = np.abs(moment) * _imbalance(table) * (UNBALANCED if writhes and not table.shape.balanced else 1.0)
     if not T.any():

@@ -16,8 +16,10 @@ from warp_rods.errors import SceneError
 from warp_rods.membranes.catalogue import GIVEN
 from warp_rods.membranes.surface import Surface
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.scene.along import given_along
+from warp_rods.scene.ends import given_end
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.swimmers import SwimmersTable
+from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.criteria import criteria_of_swimmers
 from warp_rods.simulation.estimates import check_memory
@@ -142,16 +144,31 @@ def _steric_warnings(layout: Layout, steric: Steric) -> list[str]:
 
 
 def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
-    names = ("bend", "twist", "moment", "drag_ratio", "rotational_drag", "symmetric")
     return FreeRods(
         table.count,
         table.node_count,
-        **{name: getattr(table, name) for name in names},
+        moment=table.moment,
+        symmetric=table.symmetric,
+        **_along(table),
         flagella=table.flagella.model_dump(),
         shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
         **placed,
         device=layout.device,
     )
+
+
+def _along(table: SwimmersTable) -> dict[str, Any]:
+    """What a table gives along the rods and at their ends."""
+    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist")
+    given = {name: given_along(value) for name in names if (value := getattr(table, name)) is not None}
+    natural = table.natural_bend
+    if isinstance(natural, NaturalBend):
+        given["natural_bend"] = {"second": given_along(natural.second), "third": given_along(natural.third)}
+    elif natural is not None:
+        given["natural_bend"] = given_along(natural)
+    if table.ends is not None:
+        given["ends"] = [given_end(end) for end in table.ends]
+    return given
 
 
 def _arranged(layout: Layout, arrangement: str) -> dict[str, dict[str, np.ndarray]]:

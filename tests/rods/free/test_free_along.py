@@ -5,10 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from warp_rods.kernels.lanes import Vector
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.free.shapes import from_node
-from warp_rods.rods.tiles import tiled
+from warp_rods.rods.tiles import Tiled
 
 N, H = 65, 1 / 64
 S = np.linspace(-0.5, 0.5, N)
@@ -24,6 +23,10 @@ def rods_of_any_kind(ends, device, natural=True):
         table = {"kind": kind}
         if kind == "free":
             table |= {"thrust": [3e-2, -2e-2]}
+        if kind != "free":
+            table |= {"motion": ["0.3*t", "-0.2*t", "0.4*t"]}
+        if kind == "clamped":
+            table |= {"rotation": ["0.7*t", "-0.4*t", "0.2*t"]}
         table |= {"turning": [0.3, 1.0]} if kind == "clamped" else {"torque": [2e-3, -3e-3]}
         tables.append(table)
     shape = {"natural_bend": {"second": "2*sin(5*s)", "third": "1 + 3*cos(4*s)"}, "natural_twist": "2 - 3*s"}
@@ -32,16 +35,6 @@ def rods_of_any_kind(ends, device, natural=True):
         drag_along="1 + 0.5*s", rotational_drag="4e-3*(1 - s)", shape=strain, ends=tables, device=device,
         **(shape if natural else {}),
     )  # fmt: skip
-
-
-def move_held_ends(rods):
-    """Give held ends velocities across and along, and clamped ones a turn across."""
-    for end, table in ((rods._arrays.rods.first, rods.ends[0]), (rods._arrays.rods.last, rods.ends[1])):
-        if table.held:
-            end.velocity.assign(tiled(np.array([[0.3, -0.2, 0.4], [0.1, 0.5, -0.3]]), Vector).numpy())
-        if table.kind == "clamped":
-            turn = np.stack([table.turning, [0.7, -0.4], [0.2, 0.6]], axis=1)
-            end.angular_velocity.assign(tiled(turn, Vector).numpy())
 
 
 def rate_of_energy(rods):
@@ -63,7 +56,8 @@ def rate_of_energy(rods):
     roll = (np.diff(m0, axis=1) / H + mid((k.conj() * m).imag) + rods.moment[:, None] * mid(f)) / drag
     spin = (mid(k).conj() * found["angular_velocity"]).imag
     hinged = roll[:, 0] + H / 2 * spin[:, 0] if tracked == 0 else roll[:, -1] - H / 2 * spin[:, -1]
-    at = {"clamped": rods.ends[0 if tracked == 0 else 1].turning, "hinged": hinged}
+    held = rods._arrays.rods.first if tracked == 0 else rods._arrays.rods.last
+    at = {"clamped": Tiled(held.angular_velocity, 2).numpy()[:, 0], "hinged": hinged}
     kind = rods.ends[0].kind if tracked == 0 else rods.ends[1].kind
     at_tracked = at[kind] if tracked in (0, N - 1) else (roll[:, tracked] + roll[:, tracked - 1]) / 2
     turn = at_tracked[:, None] + from_node(found["twist_rate"], tracked)
@@ -76,7 +70,6 @@ def rate_of_energy(rods):
 @pytest.mark.parametrize("ends", list(itertools.product(KINDS, KINDS)), ids="-".join)
 def test_energy_law_of_rods_of_any_kind(device, ends, verified):
     rods = rods_of_any_kind(ends, device)
-    move_held_ends(rods)
     rods.force = np.random.default_rng(5).normal(size=(2, N, 3))
     energy, rate = rate_of_energy(rods)
     np.testing.assert_allclose(rods.energy, energy, rtol=1e-12)

@@ -101,7 +101,7 @@ def test_a_couple_per_length_about_the_tangent_twists(device, which, verified):
 
 
 def test_a_couple_along_the_rod_turns_a_free_one(device):
-    """A couple about the tangent spins a straight rod at µ0/ζr: in steps of its own, or in equal ones if it oscillates."""
+    """A couple about the tangent spins a straight rod at µ0/ζr: in steps of its own, if it does not change."""
     rods = passive(device, shape=STRAIGHT, couple=3e-3)
     assert rods.has_own_steps
     rods.advance_to(0.5)

@@ -13,15 +13,10 @@ from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.formula import FormulaError, function_of_arrays
 from warp_rods.kernels.free import state
 from warp_rods.rods.per_rod import parameter
+from warp_rods.scene.ends import OF_KIND
 
 KINDS = {"free": int(state.FREE), "hinged": int(state.HINGED), "clamped": int(state.CLAMPED)}
 """Name of a kind of end → its number in the kernels."""
-OF_KIND = {
-    "free": ("thrust", "torque", "force", "couple"),
-    "hinged": ("torque", "couple", "motion"),
-    "clamped": ("turning", "motion", "rotation"),
-}
-"""What an end of each kind may have."""
 NUMBERS = ("thrust", "torque", "turning")
 VECTORS = ("force", "couple")
 MOTIONS = ("motion", "rotation")

@@ -235,8 +235,8 @@ class FreeRods(FreeReadings, Ensemble):
         self._arrays.pace.step.fill_(FIRST_STEP)
         in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
         planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not self._turned)
-        stiff = [v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist)]
-        self._arrays.pace.highest_order.assign(highest_order(*stiff, planar))
+        bend, twist = (v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist))
+        self._arrays.pace.highest_order.assign(highest_order(bend, twist, planar))
 
     def _set_end_strains(self, strain: np.ndarray) -> None:
         """Ends that are not clamped have their natural strain, but for the twist that a torque demands."""
@@ -427,9 +427,16 @@ class FreeRods(FreeReadings, Ensemble):
 
     def static(self) -> dict[str, np.ndarray]:
         """What a trajectory saves once: names of ``variables.STATIC``."""
-        names = ("moment", "drag_ratio", "rotational_drag")
         stiffness = {"bending_stiffness": self.bend, "twist_stiffness": self.twist}
-        return {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
+        names = ("moment", "drag_ratio", "rotational_drag")
+        values = {"length": np.ones(self.count), **stiffness, **{name: self._parameters[name] for name in names}}
+        if (self.drag_along != 1).any():
+            values["drag_along"] = self.drag_along
+        values = {name if value.ndim == 1 else f"{name}_along": value for name, value in values.items()}
+        if self._natural.any:
+            strain = np.concatenate([self.natural_twist[..., None], self.natural_bend], axis=-1)
+            values["natural_strain"] = strain
+        return values
 
     def _settings(self, rod: int) -> dict[str, Any]:
         return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}

@@ -21,6 +21,8 @@ from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.filaments import FilamentsTable
+from warp_rods.scene.flows import FlowTable
+from warp_rods.scene.outside import ForceTable, Gravity
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
@@ -40,6 +42,9 @@ class Scene(Table):
     swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")
     box: Box | None = Field(default=None, description="a table, [box]")
     steric: Steric | None = Field(default=None, description="a table, [steric]")
+    flow: FlowTable | None = Field(default=None, description="a table, [flow]")
+    gravity: Gravity | None = Field(default=None, description="a table, [gravity]")
+    forces: tuple[ForceTable, ...] = Field(default=(), description="tables, each under [[forces]]")
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
     output: Output | None = Field(default=None, description="a table, [output]")
@@ -145,7 +150,7 @@ class Scene(Table):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good)]
+        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good), *_aim_faults(raw, good)]
         if not raw.get("filaments") and not raw.get("swimmers"):
             text = ": missing; a scene has at least one [[filaments]] or [[swimmers]]"
             faults.append(fault(("filaments",), raw, text))
@@ -188,13 +193,29 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
     """Symmetric swimmers together with forces that could break their symmetry."""
     steric, box = good.get("steric"), good.get("box")
     walls = box and box["kind"] != "periodic"
-    possible = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
+    flow = good.get("flow")
+    possible = {"[steric]": steric and steric["strength"], "a [box] of walls": walls, "[gravity]": good.get("gravity")}
+    possible |= {"[flow]": flow and flow.get("kind") != "uniform", "[[forces]]": good.get("forces")}
     forces = [name for name, present in possible.items() if present]
     text = f" = true: not possible with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
     return [
         fault(("swimmers", i, "symmetric"), table, text)
         for i, table in enumerate(good.get("swimmers") or ())
         if forces and table.get("symmetric") is True
+    ]
+
+
+def _aim_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Forces on ensembles that are not there."""
+    tables = [table for key in ("filaments", "swimmers") for table in raw.get(key) or () if isinstance(table, dict)]
+    known = [table.get("name") for table in tables]
+    return [
+        fault(
+            ("forces", i, "on"), table, f" = {shown(table['on'])}: there is no ensemble {shown(name)}; known: {known}"
+        )
+        for i, table in enumerate(good.get("forces") or ())
+        for name in table.get("on") or ()
+        if name not in known
     ]
 
 

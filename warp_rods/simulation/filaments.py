@@ -56,6 +56,7 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
         growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
         return BoundRods(
             surface, position, direction, nodes=table.node_count, ends=table.ends, growth=growth, device=layout.device,
+            **layout.outside(table.name),
             **parameters, **placed,
         )  # fmt: skip
 

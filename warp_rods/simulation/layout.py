@@ -57,6 +57,13 @@ class Layout:
         """The seed of that generator."""
         return [self.scene.seed, *name.encode()]
 
+    def outside(self, name: str) -> dict[str, Any]:
+        """What acts on an ensemble from outside, as ensembles take it."""
+        scene = self.scene
+        forces = [table for table in scene.forces if table.on is None or name in table.on]
+        gravity = None if scene.gravity is None else scene.gravity.force
+        return {"flow": scene.flow, "gravity": gravity, "forces": forces}
+
     @property
     def lines(self) -> list[np.ndarray]:
         """Centre lines [rod, node, 3] of all ensembles so far."""
@@ -152,6 +159,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
         **_along(table),
         flagella=table.flagella.model_dump(),
         shape=table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)},
+        **layout.outside(table.name),
         **placed,
         device=layout.device,
     )
@@ -159,7 +167,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
 
 def _along(table: SwimmersTable) -> dict[str, Any]:
     """What a table gives along the rods and at their ends."""
-    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist")
+    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist", "couple")
     given = {name: given_along(value) for name in names if (value := getattr(table, name)) is not None}
     natural = table.natural_bend
     if isinstance(natural, NaturalBend):

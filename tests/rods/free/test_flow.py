@@ -9,6 +9,8 @@ from reference.outside import curl, flow_on_rods, straining_rates
 from scipy.spatial.transform import Rotation
 
 from warp_rods.errors import SceneError
+from warp_rods.kernels.lanes import WIDTH
+from warp_rods.rods import slices
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.modes import coefficients
 
@@ -313,6 +315,19 @@ def test_a_restored_rod_continues_in_a_flow(device):
     theirs = other.state()
     for key, values in rods.state().items():
         np.testing.assert_array_equal(theirs[key], values, err_msg=key)
+
+
+def test_threads_that_share_rods_in_a_flow_give_the_bits_of_one(monkeypatch):
+    found = []
+    for count in (1, 3):
+        monkeypatch.setattr(slices, "cores", lambda count=count: count)
+        monkeypatch.setattr(slices, "NODES_PER_THREAD", 10)
+        rods = in_space("cpu", 17, 3 * WIDTH - 2, flow=WAVES, gravity=[0, 0, 1.0], couple="1e-3*s")
+        assert rods.threads == min(count, 3)
+        rods.step(1e-3, 5)
+        found.append(rods.variables())
+    for name, values in found[0].items():
+        np.testing.assert_array_equal(found[1][name], values, err_msg=name)
 
 
 def test_a_start_without_past_keeps_the_place(device):

@@ -77,10 +77,7 @@ class Scene(Table):
 
     @classmethod
     def parse(cls, scene: str | Mapping[str, Any], folder: str | Path = "") -> Scene:
-        """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
-
-        Relative paths in a text are relative to ``folder``.
-        """
+        """The scene in this TOML text (relative paths: to ``folder``), or in a mapping; raises SceneError."""
         if isinstance(scene, Mapping):
             return cls(**plain(scene))
         if not isinstance(scene, str):
@@ -136,8 +133,7 @@ class Scene(Table):
     def period(self) -> tuple[float, float, float]:
         """The period of the box along each axis, 0 where there is none; length.
 
-        A box with a ``fraction`` is such that cells as wide as the steric core fill this fraction of its volume, or of
-        the area of a slab.
+        A ``fraction`` is that of the volume, or of the area of a slab, which cells as wide as the steric core fill.
         """
         if self.box is None or self.box.kind not in AXES:
             return (0.0, 0.0, 0.0)
@@ -207,8 +203,9 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
 
 def _aim_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     """Forces on ensembles that are not there."""
-    tables = [table for key in ("filaments", "swimmers") for table in raw.get(key) or () if isinstance(table, dict)]
-    known = [table.get("name") for table in tables]
+    given = [raw.get(key) for key in ("filaments", "swimmers")]
+    tables = [table for part in given if isinstance(part, tuple) for table in part]
+    known = [table.get("name") for table in tables if isinstance(table, dict)]
     return [
         fault(
             ("forces", i, "on"), table, f" = {shown(table['on'])}: there is no ensemble {shown(name)}; known: {known}"

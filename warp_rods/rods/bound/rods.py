@@ -44,8 +44,7 @@ class BoundRods(BoundReadings, Ensemble):
     values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥,
     ζ⊥, ζr): one for all rods or one for each. ends: "free" (D.59) to (D.61) or "clamped", for the first and the last
     node; free on a moving membrane. growth: see ``growth.knots``; free tips grow, and nodes keep their fractions of the
-    length. flow, gravity, forces: as the tables of a scene; gravity is a force per length, one vector for all rods or
-    one for each. The units of length, force and time are arbitrary.
+    length. flow, gravity (a force per length), forces: as in a scene. Units of length, force and time are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.

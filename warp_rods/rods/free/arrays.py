@@ -115,7 +115,7 @@ class Arrays:
     force: wp.array | None = None  # external force in space; None until one is used
     hold: Any = None  # Hold: ends held in space; None without them
     outside: Any = None  # Outside: flow, gravity, forces by formula; None without them
-    couple: Any = None  # the rods' own couple about the tangent, half nodes [tile, node]; None without it
+    couple: Any = None  # the rods' own couple about the tangent, half nodes [tile, node]; None until it is used
 
     @property
     def stiffness(self) -> wp.array | None:
@@ -251,6 +251,8 @@ def allocate_outside(arrays: Arrays, outside: Outside) -> None:
     (rods, nodes), device = arrays.position.shape, arrays.position.device
     arrays.outside = outside.arrays(nodes, device)
     arrays.rods.flowing = int(outside.flows)
+    if arrays.couple is None:
+        arrays.couple = constant_zero(tiles_of(rods), nodes, Lanes, device)
     for balance in (arrays.step_balance, arrays.balance):
         _allocate_load(balance, rods, nodes, device, OF_FLOW * outside.flows + OF_COUPLES * outside.turns)
     if outside.flows and not (arrays.rods.first.kind or arrays.rods.last.kind):

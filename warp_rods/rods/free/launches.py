@@ -9,8 +9,7 @@ import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.free import equal_steps, holding, load, output, outside, own_steps
-from warp_rods.kernels.lanes import Lanes
-from warp_rods.kernels.layout import constant_zero, per_rod
+from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.free.arrays import (
@@ -171,14 +170,11 @@ class FreeLaunches:
         if a.outside is None:
             return
         if a.outside.flowing or a.outside.turning:
-            self._launch(outside.set_couple, _tiles(a), self._own_couple(a), balanced)
+            self._launch(outside.set_couple, _tiles(a), a.couple, balanced)
         if a.outside.flowing:
             self._launch(outside.add_flow, _tiles(a), a.rods, a.rotation, a.outside, balanced)
         if a.outside.pushing:
             self._launch(outside.add_outside, _tiles(a), a.rotation, a.outside, balanced)
-
-    def _own_couple(self, a: Arrays) -> wp.array:
-        return constant_zero(_tiles(a), self.nodes, Lanes, self.device) if a.couple is None else a.couple
 
     # --- output -----------------------------------------------------------------------------------------------------
 

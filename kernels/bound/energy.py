@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warp_rods.kernels.bound.outside import surplus_density
 from warp_rods.kernels.bound.rod import angular_velocity, node_velocity, strain_of, velocity_along_at
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
@@ -30,16 +31,22 @@ def elastic_density(f: Filaments, tile: int, i: int) -> Lanes:
 
 @wp.func
 def dissipation_density(f: Filaments, tile: int, i: int) -> Lanes:
-    """ζ∥ u1² + ζ⊥ (u2² + V²) + ζr ω0², power per length."""
+    """ζ∥ u1² + ζ⊥ (u2² + V²) + ζr ω0², power per length, of the velocities against the fluid."""
     u = vector(velocity_along_at(f, tile, i), f.velocity_across[tile, i], angular_velocity(f, tile, i)[0])
     V = f.normal_velocity[tile, i]
-    return dot(f.drag[tile], by_component(u, u)) + f.drag[tile][1] * V * V
+    still = dot(f.drag[tile], by_component(u, u)) + f.drag[tile][1] * V * V
+    return still + surplus_density(f, tile, i, vector(u[0], u[1], V), u[2])
 
 
 @wp.func
 def force_power_density(f: Filaments, tile: int, i: int) -> Lanes:
-    """f·u, power per length of the external force."""
-    return dot(f.load[tile, i], node_velocity(f, tile, i))
+    """f·u + c·ω, power per length of external forces and couples, and of a flow, ζ (w − u)·w."""
+    u = node_velocity(f, tile, i)
+    power = dot(f.load[tile, i], u)
+    if f.exposed == 1:
+        omega = angular_velocity(f, tile, i)
+        power += dot(f.couple[tile, i], omega) + surplus_density(f, tile, i, u, omega[0])
+    return power
 
 
 @wp.func

@@ -3,9 +3,10 @@
 import warp as wp
 
 from warp_rods.kernels.bound.membrane_motion import membrane_angular_velocity
+from warp_rods.kernels.bound.outside import couple_at
 from warp_rods.kernels.bound.rod import (
     angular_velocity,
-    free_end_moment_slope,
+    free_end_slope_at,
     free_end_tension,
     in_space,
     is_clamped,
@@ -30,19 +31,21 @@ wp.set_module_options({"enable_backward": False})
 
 @wp.func
 def normal_shear_at(f: Filaments, tile: int, i: int) -> Lanes:
-    """λ3 = m2' + Ω m1 − K12 m3 (D.32), the internal force along n."""
+    """λ3 = m2' + Ω m1 − K12 m3 + c1 (D.32), the internal force along n."""
     m = f.moment[tile, i]
     dm = derivative(f.moment, tile, i, f.spacing[tile])
-    return dm[1] + f.geodesic[tile, i] * m[0] - f.curvature[tile, i][1] * m[2]
+    shear = dm[1] + f.geodesic[tile, i] * m[0] - f.curvature[tile, i][1] * m[2]
+    return shear + couple_at(f, tile, i)[1]
 
 
 @wp.func
 def load_moment_at(f: Filaments, tile: int, i: int) -> Lanes:
-    """χ = e0·(m' + strain×m) − ζr ω0 (D.33)."""
+    """χ = e0·(m' + strain×m) − ζr ω0 + c0 (D.33)."""
     m = f.moment[tile, i]
     dm = derivative(f.moment, tile, i, f.spacing[tile])
     K = f.curvature[tile, i]
-    return dm[0] - K[0] * m[2] - f.geodesic[tile, i] * m[1] - f.drag[tile][2] * angular_velocity(f, tile, i)[0]
+    chi = dm[0] - K[0] * m[2] - f.geodesic[tile, i] * m[1] - f.drag[tile][2] * angular_velocity(f, tile, i)[0]
+    return chi + couple_at(f, tile, i)[0]
 
 
 @wp.func
@@ -65,7 +68,7 @@ def end_moment_slope(f: Filaments, tile: int, i: int) -> Lanes:
     """m3' at an end: (D.60) at a free one, three points at a clamped one."""
     if is_clamped(f, i):
         return derivative(f.moment, tile, i, f.spacing[tile])[2]
-    return free_end_moment_slope(f.curvature[tile, i], f.moment[tile, i])
+    return free_end_slope_at(f, tile, i)
 
 
 @wp.func

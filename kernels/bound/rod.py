@@ -21,6 +21,7 @@ from warp_rods.kernels.bound.membrane_motion import (
     rotational_drag_along,
     shortening_rate,
 )
+from warp_rods.kernels.bound.outside import add_outside, couple_across, couple_along, couple_at
 from warp_rods.kernels.bound.state import Filaments
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes,
@@ -94,11 +95,17 @@ def is_clamped(f: Filaments, i: int) -> bool:
 
 
 @wp.func
+def free_end_slope_at(f: Filaments, tile: int, i: int) -> Lanes:
+    """m3' at a free end, an external couple included."""
+    return free_end_moment_slope(f.curvature[tile, i], f.moment[tile, i]) - couple_at(f, tile, i)[2]
+
+
+@wp.func
 def moment_second_derivative(f: Filaments, tile: int, i: int) -> Vector:
     """m'', at free ends with the slope of m3 from (D.60); only the last component is used."""
     last = f.geodesic.shape[1] - 1
     h = f.spacing[tile]
-    slope = vector(Lanes(), Lanes(), free_end_moment_slope(f.curvature[tile, i], f.moment[tile, i]))
+    slope = vector(Lanes(), Lanes(), free_end_slope_at(f, tile, i))
     if i == 0 and f.start_clamped == 0:
         return second_derivative_at_start(f.moment, tile, slope, h)
     if i == last and f.end_clamped == 0:
@@ -116,7 +123,7 @@ def transverse_force(f: Filaments, tile: int, i: int) -> Lanes:
     ddm = moment_second_derivative(f, tile, i)
     f2 = f.load[tile, i][1]
     bending = (K[1] * m[0] + K[2] * m[1]) * f.geodesic[tile, i] + gaussian(K) * m[2]
-    external = f2 - rotational_drag_across(f, tile, i)
+    external = f2 - rotational_drag_across(f, tile, i) + couple_across(f, tile, i)
     return -ddm[2] - bending - derivative(f.shear_term, tile, i, h) - K[1] * dm[1] + K[2] * dm[0] + external
 
 
@@ -126,7 +133,7 @@ def tangential_force(f: Filaments, tile: int, i: int) -> Lanes:
     h = f.spacing[tile]
     here = strain_of(f.curvature[tile, i], f.geodesic[tile, i])
     next_one = strain_of(f.curvature[tile, i + 1], f.geodesic[tile, i + 1])
-    external = half_average(f.load, tile, i)[0] - rotational_drag_along(f, tile, i)
+    external = half_average(f.load, tile, i)[0] - rotational_drag_along(f, tile, i) + couple_along(f, tile, i)
     return dot(real(0.5) * (here + next_one), half_difference(f.moment, tile, i, h)) + external
 
 
@@ -217,6 +224,8 @@ def find_loads(f: Filaments, tile: int):
         force = load(f.force, tile, i)
         along, across = dot(f.tangent[tile, i], force), dot(f.across[tile, i], force)
         f.load[tile, i] = vector(along, across, dot(f.normal[tile, i], force))
+    if f.exposed == 1:
+        add_outside(f, tile)
 
 
 @wp.func
@@ -227,6 +236,8 @@ def find_moments(f: Filaments, tile: int):
         m = by_component(f.stiffness[tile], strain_of(K, f.geodesic[tile, i]) - f.intrinsic[tile])
         f.moment[tile, i] = m
         f.shear_term[tile, i] = K[0] * m[0] + K[1] * m[1]
+        if f.exposed == 1:
+            f.shear_term[tile, i] = f.shear_term[tile, i] + f.couple[tile, i][2]
 
 
 @wp.func

@@ -4,6 +4,7 @@ import warp as wp
 
 from warp_rods.kernels.lanes import Block, Lanes1D, Lanes2D, Pairs, Vector, Vectors
 from warp_rods.kernels.layout import Integers1D, Matrices2D, Scalars1D, Vectors2D
+from warp_rods.kernels.outside import Outside
 
 wp.set_module_options({"enable_backward": False})
 
@@ -26,6 +27,8 @@ class Filaments:
     tracked: int  # the node whose frame is advanced in time: a clamped end, otherwise the middle
     membrane_moves: int  # 1: the membrane moves
     in_contact: int  # 1: rods have contact
+    exposed: int  # 1: a flow, gravity, forces or couples act
+    outside: Outside  # these, in space
 
     spacing_of_rod: Scalars1D  # Δs [rod]
     status: Integers1D  # OK, or why the rod was frozen [rod]
@@ -44,8 +47,11 @@ class Filaments:
     normal_velocity: Lanes2D  # V, velocity of the membrane along n
     normal_velocity_slope: Lanes2D  # V_1 = (n×q)·∇V
 
+    couple: Vectors  # external couple per length in the frame, that of a flow included
+    stream: Vectors  # u∞ in the frame
+    stream_roll: Lanes2D  # ½∇×u∞ about the tangent
     moment: Vectors  # m = B(Ω − σ)
-    shear_term: Lanes2D  # K11 m1 + K12 m2, so that λ2 = −m3' − shear_term
+    shear_term: Lanes2D  # K11 m1 + K12 m2 + c2, so that λ2 = −m3' − shear_term
     transverse_force: Lanes2D  # Y2
     u1_left: Lanes2D  # u1 at i + ½ is u1_left λ_i + u1_right λ_(i+1) + u1_constant
     u1_right: Lanes2D

@@ -10,7 +10,10 @@ from warp_rods.kernels.clock import STEP
 from warp_rods.kernels.free.formulas import formulas_of
 from warp_rods.kernels.free.load import contact_errors, keep_velocity, step_velocity
 from warp_rods.kernels.free.motion import (
+    carrier_error,
+    carry,
     find_midpoint_rates,
+    foretold_carried,
     foretold_midpoint,
     frame_error,
     push_rates,
@@ -18,7 +21,17 @@ from warp_rods.kernels.free.motion import (
     store_midpoint,
 )
 from warp_rods.kernels.free.outcome import find_errors, find_statuses, store_shape
-from warp_rods.kernels.free.state import Balance, Contact, Midpoint, Past, Shape, Swimmers, Trial
+from warp_rods.kernels.free.state import (
+    CARRIED_APART,
+    NOT_CARRIED,
+    Balance,
+    Contact,
+    Midpoint,
+    Past,
+    Shape,
+    Swimmers,
+    Trial,
+)
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
@@ -44,13 +57,25 @@ def predict(rods: Swimmers, now: Shape, past: Past, pace: Pace, clock: Scalars1D
 
 @wp.kernel
 def predict_midpoint(
-    pace: Pace, midpoint: Midpoint, trial: Trial, rotation: Matrices1D, position: Vectors1D, angle: Scalars1D
+    rods: Swimmers,
+    pace: Pace,
+    midpoint: Midpoint,
+    trial: Trial,
+    rotation: Matrices1D,
+    position: Vectors1D,
+    angle: Scalars1D,
 ):
     """The extrapolated frame of the tracked node, that of now for a frozen rod; ``dim = rods``."""
     rod = wp.tid()
-    R, r, theta = foretold_midpoint(rod, midpoint, formula_of(times_of(pace, rod), trial.order[rod], trial.end[rod]))
+    formula = formula_of(times_of(pace, rod), trial.order[rod], trial.end[rod])
+    R, r, theta = foretold_midpoint(rod, midpoint, formula)
+    t = trial.end[rod]
+    if rods.status[rod] != OK:
+        t = pace.at[rod, 0]
     rotation[rod] = R
     position[rod] = r
+    if midpoint.carrier.kind != NOT_CARRIED:
+        position[rod] = r + foretold_carried(rod, midpoint.carrier, formula, t)
     angle[rod] = theta
     trial.angle[rod] = theta
 
@@ -77,7 +102,7 @@ def try_step(
     find_statuses(tile, rods, star, trial)
     find_errors(tile, pace, trial, now, past, star)
     if rods.forced == 1:
-        count_frame_errors(tile, pace, midpoint, trial)
+        count_frame_errors(tile, rods.tracked, pace, midpoint, trial)
     if contact.present == 1:
         dt = lengths_of(tile, pace, trial.end)
         count_errors(tile, contact_errors(tile, rods, contact, balance, dt), trial)
@@ -86,12 +111,15 @@ def try_step(
 
 
 @wp.func
-def count_frame_errors(tile: int, pace: Pace, midpoint: Midpoint, trial: Trial):
-    """Let errors of steps count those of the middle frame."""
+def count_frame_errors(tile: int, tracked: int, pace: Pace, midpoint: Midpoint, trial: Trial):
+    """Let errors of steps count those of the middle frame, and of how far a flow carries it."""
     for lane in range(rods_in(tile, trial.end.shape[0])):
         rod = tile * WIDTH + lane
         omega, u = trial.angular_velocity[rod], trial.velocity[rod]
         error = frame_error(rod, pace, midpoint, trial.order[rod], trial.end[rod], omega, u)
+        if midpoint.carrier.kind == CARRIED_APART:
+            carried = carrier_error(rod, tracked, pace, midpoint.carrier, trial.order[rod], trial.end[rod])
+            error = wp.max(error, carried)
         trial.error[rod] = wp.max(trial.error[rod], error)
 
 
@@ -133,7 +161,7 @@ def accept_step(
         if rods.status[rod] == OK:
             if trial.status[rod] == OK:
                 accepted[lane] = real(1.0)
-                accept_midpoint(rod, midpoint, pace, trial)
+                accept_midpoint(rod, rods.tracked, midpoint, pace, trial)
             else:
                 rods.status[rod] = trial.status[rod]
                 failed_at[rod] = pace.at[rod, 0]
@@ -143,13 +171,15 @@ def accept_step(
 
 
 @wp.func
-def accept_midpoint(rod: int, midpoint: Midpoint, pace: Pace, trial: Trial):
+def accept_midpoint(rod: int, tracked: int, midpoint: Midpoint, pace: Pace, trial: Trial):
     """Advance the middle frame and the time of a rod to the end of the step."""
     t = trial.end[rod]
     formula = formula_of(times_of(pace, rod), trial.order[rod], t)
     omega, u, roll_rate = trial.angular_velocity[rod], trial.velocity[rod], trial.roll_rate[rod]
     R, r, angle = stepped_midpoint(rod, midpoint, formula, omega, u, roll_rate)
     store_midpoint(rod, midpoint, R, r, angle)
+    if midpoint.carrier.kind == CARRIED_APART:
+        carry(rod, tracked, midpoint.carrier, formula)
     push_rates(rod, midpoint, omega, u, roll_rate)
     push_time(pace, rod, t, trial.error[rod])
     pace.order[rod] = formula.order

@@ -5,12 +5,26 @@ It is a held end, if there is one, otherwise the middle node.
 In steps of its own a rod advances this frame by Magnus steps of its rates (4.29), of the order of the strains.
 In equal steps it takes the backward formula of the strains: forces restore places, which depend on both,
 and stiff ones are stable only if both are advanced alike.
+
+A background flow carries free rods: their frames are integrated in axes that move with the flow at the tracked node,
+without turning, and how far these have moved is added to places.
 """
 
 import warp as wp
 
 from warp_rods.kernels.free.rod import axial_velocity_at_node, roll_rate_after, roll_rate_at_end
-from warp_rods.kernels.free.state import CLAMPED, Balance, End, Midpoint, Shape, Swimmers, Trial
+from warp_rods.kernels.free.state import (
+    CARRIED_ALIKE,
+    CARRIED_APART,
+    CLAMPED,
+    Balance,
+    Carrier,
+    End,
+    Midpoint,
+    Shape,
+    Swimmers,
+    Trial,
+)
 from warp_rods.kernels.lanes import WIDTH, Pair, add, mul, pair, rods_in, sub, vector  # noqa: F401 (operators)
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.lie import orthonormalise, se3_compose, se3_exp, se3_inverse, se3_log
@@ -169,6 +183,64 @@ def stepped_midpoint(rod: int, midpoint: Midpoint, formula: Formula, omega: wp.v
     theta, mu, roll = last_screw(rod, midpoint)
     b = scale * formula.slope[1] - formula.value[1]
     return turned_midpoint(rod, midpoint, b * theta + scale * omega, b * mu + scale * u, b * roll + scale * roll_rate)
+
+
+# --- The flow that carries a rod ----------------------------------------------------------------------------------
+
+
+@wp.func
+def carried_so_far(rod: int, carrier: Carrier, at: Levels, t: real):
+    """How far the flow has carried a rod by a time t within its last step, or at its end."""
+    carried = wp.vec3d()
+    if carrier.kind == CARRIED_ALIKE:
+        carried = t * carrier.uniform
+    elif carrier.kind == CARRIED_APART:
+        carried = carrier.displacement[rod]
+        if t < at[0]:  # the parabola with the velocity at the end
+            h = at[0] - at[1]
+            x = (t - at[1]) / h
+            before = carrier.displacement_before[rod]
+            moved = carried - before
+            carried = before + x * moved + x * (x - real(1.0)) * (h * carrier.velocity[rod, 0] - moved)
+    return carried
+
+
+@wp.func
+def foretold_carried(rod: int, carrier: Carrier, formula: Formula, t: real):
+    """``carried_so_far`` extrapolated to the end t of a step."""
+    carried = wp.vec3d()
+    if carrier.kind == CARRIED_ALIKE:
+        carried = t * carrier.uniform
+    elif carrier.kind == CARRIED_APART:
+        carried = carrier.displacement[rod]
+        if formula.order > 1:
+            carried -= formula.value[1] * (carried - carrier.displacement_before[rod])
+    return carried
+
+
+@wp.func
+def carry(rod: int, tracked: int, carrier: Carrier, formula: Formula):
+    """Carry a rod over a step of order 2 at most, by the backward formula."""
+    u = carrier.stream[rod, tracked]
+    here = carrier.displacement[rod]
+    step = u / formula.rate
+    if formula.order > 1:
+        last = here - carrier.displacement_before[rod]
+        step = (u + formula.slope[1] * last) / formula.rate - formula.value[1] * last
+    carrier.displacement_before[rod] = here
+    carrier.displacement[rod] = here + step
+    for k in range(RATES - 1):
+        j = RATES - 1 - k
+        carrier.velocity[rod, j] = carrier.velocity[rod, j - 1]
+    carrier.velocity[rod, 0] = u
+
+
+@wp.func
+def carrier_error(rod: int, tracked: int, pace: Pace, carrier: Carrier, order: int, t: real):
+    """Error of a step to t in how far the flow carries a rod, from the velocities that the last ones foretold."""
+    at = times_of(pace, rod)
+    foretold = rate_at(carrier.velocity, rod, weights_at(at, levels_of_rates(pace, rod, order), t))
+    return (t - at[0]) * wp.length(carrier.stream[rod, tracked] - foretold) / real(order + 1)
 
 
 # --- The end of a step ----------------------------------------------------------------------------------------------

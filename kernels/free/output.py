@@ -52,8 +52,9 @@ class Output:
     activity_rate: Lanes2D
     energy_density: Lanes2D
     energy: Lanes1D  # ½ ∫ b|k|² + c τ² ds
-    dissipation: Lanes1D  # ∫ u0² + η|u⊥|² + ηr ω0² ds
-    power: Lanes1D  # ∫ f u0 + M f ω0 + f_ext·u ds
+    dissipation: Lanes1D  # ∫ u0² + η|u⊥|² + ηr ω0² ds, velocities against the fluid
+    power: Lanes1D  # ∫ f u0 + M f ω0 + f_ext·u ds, and that of the flow
+    flow_power: Lanes1D  # of the drag at the velocity of the flow
 
 
 @wp.func
@@ -104,6 +105,35 @@ def find_energies(tile: int, rods: Swimmers, shape: Shape, balance: Balance, out
     output.energy[tile] = rods.spacing * energy
     output.dissipation[tile] = rods.spacing * dissipation
     output.power[tile] = rods.spacing * power + end_power(tile, rods, shape, balance)
+    if rods.flowing == 1:
+        add_flow_powers(tile, rods, shape, balance, output)
+
+
+@wp.func
+def add_flow_powers(tile: int, rods: Swimmers, shape: Shape, balance: Balance, output: Output):
+    """Drag is ζ (u − w) in a flow w: dissipation is ζ|u − w|², and the flow does the work ζ (w − u)·w.
+
+    Forces contain ζw: what they add to the power, ζw·u, is taken off again.
+    """
+    surplus, given = Lanes(), Lanes()
+    last = shape.twist.shape[1] - 1
+    for node in range(last + 1):
+        w, u = balance.load.transverse_stream[tile, node], balance.transverse_velocity[tile, node]
+        weight = real(1.0)
+        if node == 0 or node == last:
+            weight = real(0.5)
+        drag = weight * rods.drag_across[tile, node]
+        surplus += drag * dot(w, w - real(2.0) * u)
+        given += drag * dot(w, w - u)
+    for node in range(last):
+        w0, u0 = balance.load.axial_stream[tile, node], balance.axial_velocity[tile, node]
+        roll, roll_rate = balance.load.stream_roll[tile, node], roll_rate_after(tile, node, rods, shape, balance)
+        along, about = rods.drag_along[tile, node] * w0, rods.rotational_drag[tile, node] * roll
+        surplus += along * (w0 - real(2.0) * u0) + about * (roll - real(2.0) * roll_rate)
+        given += along * (w0 - u0) + about * (roll - roll_rate)
+    output.dissipation[tile] += rods.spacing * surplus
+    output.power[tile] += rods.spacing * surplus
+    output.flow_power[tile] = rods.spacing * given
 
 
 @wp.kernel

@@ -5,13 +5,14 @@ import warp as wp
 from warp_rods.kernels.free.formulas import formulas_of
 from warp_rods.kernels.free.motion import (
     carried_midpoint,
+    carried_so_far,
     carry_midpoint,
     find_midpoint_rates,
     foretold_angle,
     push_rates,
 )
 from warp_rods.kernels.free.outcome import errors_of_order, find_errors, find_statuses, store_shape
-from warp_rods.kernels.free.state import Balance, Midpoint, Past, Shape, Swimmers, Trial
+from warp_rods.kernels.free.state import NOT_CARRIED, Balance, Midpoint, Past, Shape, Swimmers, Trial
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.lanes import WIDTH, Lanes, any_of, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
@@ -206,3 +207,5 @@ def show_midpoint(
         rotation[rod] = R
         position[rod] = r
         angle[rod] = theta
+    if midpoint.carrier.kind != NOT_CARRIED:
+        position[rod] = position[rod] + carried_so_far(rod, midpoint.carrier, at, t)

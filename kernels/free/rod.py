@@ -307,9 +307,19 @@ def activity_diffusion(tile: int, node: int, rods: Swimmers, activity: Lanes2D):
 
 
 @wp.func
+def axial_stream_at_node(tile: int, node: int, balance: Balance):
+    """The flow along the rod at a node, as ``axial_velocity_at_node``."""
+    last = balance.axial_velocity.shape[1] - 1
+    before = balance.load.axial_stream[tile, wp.max(node - 1, 0)]
+    return real(0.5) * (before + balance.load.axial_stream[tile, wp.min(node, last - 1)])
+
+
+@wp.func
 def activity_terms(tile: int, node: int, rods: Swimmers, shape: Shape, balance: Balance):
-    """``τf ∂f/∂t = source − sink f + D f''`` at a node (4.12), and the sink."""
+    """``τf ∂f/∂t = source − sink f + D f''`` at a node (4.12), and the sink; u0 is relative to the flow."""
     f = shape.activity[tile, node]
     u0 = axial_velocity_at_node(tile, node, balance)
+    if rods.flowing == 1:
+        u0 -= axial_stream_at_node(tile, node, balance)
     source, sink = reaction(rods.law, f, u0, rods.law_parameters[tile])
     return source - sink * f + activity_diffusion(tile, node, rods, shape.activity), sink

@@ -58,6 +58,7 @@ class Swimmers:
     symmetric: int  # 1: impose the π-rotation symmetry (C.50)
     forced: int  # 1: external forces or contact act on the rods
     touched: int  # 1: contact may
+    flowing: int  # 1: a background flow does
 
 
 @wp.struct
@@ -89,6 +90,9 @@ class Load:
     transverse_drag: Blocks  # symmetric
     axial_couple: Lanes2D  # µ0, half nodes
     transverse_couple: Pairs  # µ⊥, half nodes
+    axial_stream: Lanes2D  # u∞, which the forces contain: along at half nodes
+    transverse_stream: Pairs  # across
+    stream_roll: Lanes2D  # ½∇×u∞ about the tangent, half nodes
 
 
 @wp.struct
@@ -133,6 +137,22 @@ class Balance:
     work_block2: Blocks
 
 
+NOT_CARRIED, CARRIED_ALIKE, CARRIED_APART = wp.constant(0), wp.constant(1), wp.constant(2)
+"""How a flow carries the places of rods: not at all; all alike, as it is uniform; each as it flows there."""
+
+
+@wp.struct
+class Carrier:
+    """How far the flow has carried rods: the frames of ``Midpoint`` are in axes carried along, without turning."""
+
+    kind: int
+    uniform: wp.vec3d  # velocity of a uniform flow; the arrays are those of others
+    displacement: Vectors1D  # [rod]
+    displacement_before: Vectors1D  # one step ago
+    velocity: Vectors2D  # u∞ at the tracked node, at each level [rod, level]
+    stream: Vectors2D  # u∞ at the end of the step that is tried [rod, node]
+
+
 @wp.struct
 class Midpoint:
     """The Bishop frame of the tracked node, the angle θ of the material frame in it, and their rates [rod]."""
@@ -146,6 +166,7 @@ class Midpoint:
     angular_velocity: Vectors2D  # ω of the Bishop frame at each level [rod, level]
     velocity: Vectors2D  # u
     roll_rate: Scalars2D  # ω0 of the material
+    carrier: Carrier
 
 
 @wp.struct

@@ -68,6 +68,15 @@ BASES: tuple[dict[str, Any], ...] = (
         "surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0},
         "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME,
     },
+    {
+        "swimmers": [CELLS | {"couple": "1e-3*s"}], "time": TIME, "gravity": {"force": [0.0, 0.0, -1.0]},
+        "flow": {"kind": "shear", "rate": 1.0, "direction": [1.0, 0.0, 0.0], "gradient": [0.0, 1.0, 0.0]},
+        "forces": [{"force": ["sin(x)", 0.0, "s*t"], "couple": [0.0, 0.0, 0.1], "on": ["c"]}],
+    },
+    {
+        "surface": SPHERE, "filaments": [FILAMENTS], "time": TIME,
+        "flow": {"kind": "formula", "velocity": ["sin(y)", "0", 1.0]},
+    },
 )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""From a formula for φ to the source of φ, ∇φ, ∇∇φ, of ∂tφ, ∇∂tφ, and of where φ is singular: symbolic derivatives.
+"""From formulas to source with symbolic derivatives: φ, ∇φ, ∇∇φ, ∂tφ, ∇∂tφ, where φ is singular; flows, forces.
 
 SymPy takes most of a second to import: this module is imported where a formula is new (``formula_fields.py``).
 """
@@ -6,13 +6,14 @@ SymPy takes most of a second to import: this module is imported where a formula 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy
 
 from warp_rods.formula import FormulaError
 
-__all__ = ["field_source", "rate_source", "singular_arguments", "singular_source"]
+__all__ = ["field_source", "flow_source", "force_source", "rate_source", "singular_arguments", "singular_source"]
 
 MOST_LINES = 2000
 
@@ -75,10 +76,36 @@ def singular_source(phi: Any) -> str:
     return f"def singular(x: wp.vec3d, p: Parameters):\n{body}\n    return [{rows}]\n"
 
 
-def _written(parts: list[Any]) -> tuple[str, list[str]]:
-    """Indented lines that evaluate these expressions, and the names of their values."""
+def flow_source(velocity: Sequence[Any]) -> str:
+    """Source of ``flow(x, t, p)`` -> u, ½∇×u for three expressions in x0, x1, x2 and p0, the time."""
+    u, v, w = velocity
+    x, y, z = X
+    slopes = ((w, y, v, z), (u, z, w, x), (v, x, u, y))
+    curl = [sympy.diff(a, b) - sympy.diff(c, d) for a, b, c, d in slopes]
+    body, names = _written([*velocity, *(part / 2 for part in curl)], {"p0": "t"})
+    start = "def flow(x: wp.vec3d, t: wp.float64, p: Profile):\n"
+    return f"{start}{body}\n    return {_vector(names[:3])}, {_vector(names[3:])}\n"
+
+
+def force_source(parts: Sequence[Any]) -> str:
+    """Source of ``force(x, s, t)`` -> force, couple for six expressions in x0, x1, x2 and p0, p1, which are s and t."""
+    body, names = _written(list(parts), {"p0": "s", "p1": "t"})
+    start = "def force(x: wp.vec3d, s: wp.float64, t: wp.float64):\n"
+    return f"{start}{body}\n    return {_vector(names[:3])}, {_vector(names[3:])}\n"
+
+
+def _vector(names: list[str]) -> str:
+    return f"wp.vec3d({', '.join(names)})"
+
+
+def _written(parts: list[Any], named: Mapping[str, str] | None = None) -> tuple[str, list[str]]:
+    """Indented lines that evaluate these expressions, and the names of their values.
+
+    named: symbol → its name in the source, where it is not a coordinate or a parameter.
+    """
     shared, wanted = sympy.cse(parts, symbols=sympy.numbered_symbols("t"), order="canonical")
     lines = _Lines()
+    lines.names |= {sympy.Symbol(symbol): name for symbol, name in (named or {}).items()}
     for symbol, part in shared:
         lines.names[symbol] = lines.name(part)
     names = [lines.name(part) for part in wanted]

@@ -1,4 +1,4 @@
-"""Functions of a formula for φ: on the device φ, ∇φ, ∇∇φ and ∂tφ, ∇∂tφ; in NumPy where φ is singular.
+"""Functions of formulas: of φ on the device φ, ∇φ, ∇∇φ and ∂tφ, ∇∂tφ, in NumPy where it is singular; flows, forces.
 
 Their sources are kept on disk, so that SymPy is needed for a new formula only.
 """
@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import json
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from warp_rods.kernels.outside import written_flow, written_force
 from warp_rods.kernels.surface.geometry import written_field, written_rate
 from warp_rods.membranes.source_cache import kept_source
 
-__all__ = ["Singular", "field", "rate", "singular"]
+__all__ = ["Singular", "field", "flow", "force", "rate", "singular"]
 
 Singular = Callable[[np.ndarray, np.ndarray], list[tuple[np.ndarray, ...]]]
 """A function of points [n, 3] and parameters [8]: for each argument its value [n] and its derivatives along x, y, z."""
@@ -79,6 +81,41 @@ def singular(phi: str, names: tuple[str, ...]) -> Singular:
         return [tuple(np.broadcast_to(part, len(x)) for part in row) for row in rows]
 
     return evaluated
+
+
+@functools.cache
+def flow(velocity: tuple[str, ...]) -> Any:
+    """The Warp function x, t, p -> u, ½∇×u of three formulas in x, y, z and t; p is not used.
+
+    Raises FormulaError for formulas that are not allowed or cannot be differentiated.
+    """
+
+    def made() -> str:
+        from warp_rods.membranes.field_source import flow_source
+        from warp_rods.membranes.symbolic import unchecked
+
+        return flow_source([unchecked(text, ("t",)) for text in velocity])
+
+    source = kept_source("flow", json.dumps(velocity), (), made)
+    return written_flow(f"flow_{_digest(source)}", source)
+
+
+@functools.cache
+def force(tables: tuple[tuple[str, ...], ...]) -> Any:
+    """The Warp function x, s, t -> force, couple: sums of tables of six formulas in x, y, z, s and t.
+
+    Raises FormulaError for a formula that is not allowed.
+    """
+
+    def made() -> str:
+        from warp_rods.membranes.field_source import force_source
+        from warp_rods.membranes.symbolic import unchecked
+
+        read = [[unchecked(text, ("s", "t")) for text in table] for table in tables]
+        return force_source([sum(column[1:], column[0]) for column in zip(*read, strict=True)])
+
+    source = kept_source("force", json.dumps(tables), (), made)
+    return written_force(f"force_{_digest(source)}", source)
 
 
 def _digest(source: str) -> str:

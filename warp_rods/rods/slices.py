@@ -36,13 +36,14 @@ def slice_array(array: Any, rods: slice) -> Any:
 
 
 def slice_struct(kind: Any, value: Any, rods: slice) -> Any:
-    """A struct of this ``kind`` (a ``wp.struct``) with these rods of its arrays and the same scalars."""
+    """A struct of this ``kind`` (a ``wp.struct``) with these rods of its arrays, where it has them, and the same
+    scalars."""
     view = kind()
     for name in kind.vars:
         part = getattr(value, name)
         if isinstance(part, wp.array):
             part = slice_array(part, rods)
-        elif hasattr(kind.vars[name].type, "vars"):
+        elif part is not None and hasattr(kind.vars[name].type, "vars"):
             part = slice_struct(kind.vars[name].type, part, rods)
         setattr(view, name, part)
     return view

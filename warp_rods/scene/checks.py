@@ -123,10 +123,10 @@ def _default(field: FieldInfo) -> Any:
     return Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
 
 
-def read_table(table: type[T], given: Any, path: str) -> T:
+def read_table(table: type[T], given: Any, *path: str | int) -> T:
     """A table from a mapping in Python; raises SceneError with one line for each fault, after ``path``."""
     try:
         return table.model_validate(plain(given))
     except ValidationError as error:
-        lines = [key_path((path, *line["loc"])) + line["msg"] for line in error.errors(include_url=False)]
+        lines = [key_path((*path, *line["loc"])) + line["msg"] for line in error.errors(include_url=False)]
         raise SceneError("\n".join(lines)) from None

@@ -60,8 +60,10 @@ PROFILES: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
     "tanh": lambda s, sharpness: -np.tanh(sharpness * s),
     "piecewise": lambda s, sharpness: -np.sign(s),
     "uniform": lambda s, sharpness: np.ones_like(s),
+    "none": lambda s, sharpness: np.zeros_like(s),
 }
-"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38); and uniform."""
+"""f(s, 0) by name: compressive, smooth or with a jump at the middle (4.38); uniform; none, of passive rods with the law
+``held``."""
 
 
 def _known(table: Mapping[str, Any]) -> AfterValidator:

@@ -22,6 +22,8 @@ from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.filaments import FilamentsTable
+from warp_rods.scene.flows import FlowTable
+from warp_rods.scene.outside import ForceTable, Gravity
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
@@ -44,6 +46,9 @@ class Scene(Table):
     cosserat: tuple[CosseratTable, ...] = Field(default=(), description="tables, each under [[cosserat]]")
     box: Box | None = Field(default=None, description="a table, [box]")
     steric: Steric | None = Field(default=None, description="a table, [steric]")
+    flow: FlowTable | None = Field(default=None, description="a table, [flow]")
+    gravity: Gravity | None = Field(default=None, description="a table, [gravity]")
+    forces: tuple[ForceTable, ...] = Field(default=(), description="tables, each under [[forces]]")
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
     output: Output | None = Field(default=None, description="a table, [output]")
@@ -76,10 +81,7 @@ class Scene(Table):
 
     @classmethod
     def parse(cls, scene: str | Mapping[str, Any], folder: str | Path = "") -> Scene:
-        """The scene in this TOML text, or in this mapping of the same form; raises SceneError.
-
-        Relative paths in a text are relative to ``folder``.
-        """
+        """The scene in this TOML text (relative paths: to ``folder``), or in a mapping; raises SceneError."""
         if isinstance(scene, Mapping):
             return cls(**plain(scene))
         if not isinstance(scene, str):
@@ -132,8 +134,7 @@ class Scene(Table):
     def period(self) -> tuple[float, float, float]:
         """The period of the box along each axis, 0 where there is none; length.
 
-        A box with a ``fraction`` is such that cells as wide as the steric core fill this fraction of its volume, or of
-        the area of a slab.
+        A ``fraction`` is that of the volume, or of the area of a slab, which cells as wide as the steric core fill.
         """
         if self.box is None or self.box.kind not in AXES:
             return (0.0, 0.0, 0.0)
@@ -146,7 +147,7 @@ class Scene(Table):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good)]
+        faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good), *_aim_faults(raw, good)]
         if not any(raw.get(kind) for kind in ENSEMBLES):
             text = ": missing; a scene has at least one [[filaments]], [[swimmers]] or [[cosserat]]"
             faults.append(fault(("filaments",), raw, text))
@@ -214,13 +215,34 @@ def _symmetry_faults(good: dict[str, Any]) -> Faults:
     """Symmetric swimmers together with forces that could break their symmetry."""
     steric, box = good.get("steric"), good.get("box")
     walls = box and box["kind"] != "periodic"
-    possible = {"[steric]": steric and steric["strength"], "a [box] of walls": walls}
+    flow = good.get("flow")
+    possible = {"[steric]": steric and steric["strength"], "a [box] of walls": walls, "[gravity]": good.get("gravity")}
+    possible |= {"[flow]": flow and flow.get("kind") != "uniform", "[[forces]]": good.get("forces")}
     forces = [name for name, present in possible.items() if present]
     text = f" = true: not possible with {' and '.join(forces)}, whose forces could break the symmetry; leave it out"
     return [
         fault(("swimmers", i, "symmetric"), table, text)
         for i, table in enumerate(good.get("swimmers") or ())
         if forces and table.get("symmetric") is True
+    ]
+
+
+def _aim_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """Forces on ensembles that are not there, and what acts from outside where there are Cosserat rods."""
+    given = [raw.get(key) for key in ("filaments", "swimmers")]
+    tables = [table for part in given if isinstance(part, tuple) for table in part]
+    known = [table.get("name") for table in tables if isinstance(table, dict)]
+    text = ": does not act on [[cosserat]]: give these rods their own force and couple, in a scene of their own"
+    refused = [
+        fault((key,), raw[key], text) for key in ("flow", "gravity", "forces") if raw.get("cosserat") and raw.get(key)
+    ]
+    return refused + [
+        fault(
+            ("forces", i, "on"), table, f" = {shown(table['on'])}: there is no ensemble {shown(name)}; known: {known}"
+        )
+        for i, table in enumerate(good.get("forces") or ())
+        for name in table.get("on") or ()
+        if name not in known
     ]
 
 

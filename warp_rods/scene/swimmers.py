@@ -54,6 +54,7 @@ class SwimmersTable(EnsembleTable):
     bend: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     twist: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
+    couple: NumberAlong | None = Field(default=None, description="a number" + OR_IN_TIME)
     drag_ratio: PositiveAlong = Field(default=2.0, description="a positive number" + OR_ALONG)
     drag_along: PositiveAlong | None = Field(default=None, description="a positive number" + OR_ALONG)
     rotational_drag: PositiveAlong = Field(default=3e-3, description="a positive number" + OR_ALONG)
@@ -80,7 +81,7 @@ class SwimmersTable(EnsembleTable):
 
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
-        plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag")
+        plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag", "couple")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
         return length_faults(raw, good, (*plain_keys, *nested, *of_flagella)) + each_of_start(raw, good)

@@ -63,7 +63,7 @@ def build(layout: Layout, table: FilamentsTable) -> None:
         growth = None if table.growth is None else _growth_of(table.growth, table.count)
         return BoundRods(
             surface, position, direction, nodes=table.node_count, ends=table.ends, growth=growth, device=layout.device,
-            **_parameters(table), **placed,
+            **layout.outside(table.name), **_parameters(table), **placed,
         )  # fmt: skip
 
     part = part_of(surface, table.bodies)

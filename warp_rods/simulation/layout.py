@@ -65,6 +65,13 @@ class Layout:
         """The seed of that generator."""
         return [self.scene.seed, *name.encode()]
 
+    def outside(self, name: str) -> dict[str, Any]:
+        """What acts on an ensemble from outside, as ensembles take it."""
+        scene = self.scene
+        forces = [table for table in scene.forces if table.on is None or name in table.on]
+        gravity = None if scene.gravity is None else scene.gravity.force
+        return {"flow": scene.flow, "gravity": gravity, "forces": forces}
+
     @property
     def lines(self) -> list[np.ndarray]:
         """Centre lines [rod, node, 3] of all ensembles so far."""

@@ -274,7 +274,7 @@ class Simulation(metaclass=Documented):
         self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
-        if not self._membrane_moves:
+        if not (self._membrane_moves or self.scene.flow or self.scene.gravity or self.scene.forces):
             self._new_warnings += self._energy.check(self.time, found)
         self._new_warnings += self._end.check(self.time, found)
         if not self.by_error:

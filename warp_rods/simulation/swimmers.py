@@ -59,6 +59,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
         **_along(table),
         flagella=flagella,
         shape=shape,
+        **layout.outside(table.name),
         **placed,
         device=layout.device,
     )
@@ -66,7 +67,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
 
 def _along(table: SwimmersTable) -> dict[str, Any]:
     """What a table gives along the rods and at their ends."""
-    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist")
+    names = ("bend", "twist", "drag_ratio", "drag_along", "rotational_drag", "natural_twist", "couple")
     given = {name: given_along(value) for name in names if (value := getattr(table, name)) is not None}
     natural = table.natural_bend
     if isinstance(natural, NaturalBend):

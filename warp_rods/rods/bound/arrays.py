@@ -17,6 +17,7 @@ from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
 from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import LEVELS, Pace, Weights
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_struct
 from warp_rods.rods.tiles import tiled, tiles_of
@@ -147,6 +148,9 @@ def _give_workspace(f: Any) -> None:
         setattr(f, name, workspace(*shape, kind, device))
     if f.in_contact:
         f.contact_drag = workspace(*shape, Vector, device)
+    if f.exposed:
+        f.couple, f.stream = (workspace(*shape, Vector, device) for _ in range(2))
+        f.stream_roll = workspace(*shape, Lanes, device)
 
 
 def _systems(f: Any) -> Any:
@@ -182,6 +186,13 @@ def allocate_contact(arrays: Arrays) -> None:
     f.contact_drag = workspace(tiles, nodes, Vector, device)
     for name in CONTACT:
         setattr(past, name, per_node(tiles, nodes, Pair, device))
+
+
+def allocate_outside(arrays: Arrays, outside: Outside) -> None:
+    """Arrays for what acts from outside."""
+    f = arrays.f
+    f.exposed, f.outside = 1, outside.arrays(f.position.shape[1], f.geodesic.device)
+    _give_workspace(f)
 
 
 def _plan(rods: int, device: Any) -> Any:

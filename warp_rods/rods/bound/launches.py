@@ -12,8 +12,9 @@ from warp_rods.kernels.bound import evaluation, frames, levels, step
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.status import give_up
 from warp_rods.membranes.surface import Surface, ends_of
-from warp_rods.rods.bound.arrays import Arrays, allocate_contact, slice_arrays
+from warp_rods.rods.bound.arrays import Arrays, allocate_contact, allocate_outside, slice_arrays
 from warp_rods.rods.clock import Clock
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
 
@@ -32,6 +33,8 @@ class BoundLaunches:
         self._surface = frames.on_surface(surface.field)
         self._motion = frames.motion_of(surface.field, surface.rate) if surface.moving else None
         self._target = per_rod(3, device=self.device)
+        self._now = per_rod(1, device=self.device)
+        self._fields: list = []
         self._record()
 
     def _record(self) -> None:
@@ -50,7 +53,7 @@ class BoundLaunches:
             partial(self._launch, levels.count_rejected, self.rods, self.arrays.f, self.arrays.pace), self.device
         )
         self._show = Recorded(self._launch_show, self.device)
-        self.find_output = Recorded(self._launch_output, self.device)
+        self._find_output = Recorded(self._launch_output, self.device)
 
     def _slices(self, own_pace: bool = False) -> list[Arrays]:
         """The arrays in slices of rods, one for each thread."""
@@ -66,6 +69,23 @@ class BoundLaunches:
         """Allocate what contact needs."""
         allocate_contact(self.arrays)
         self._record()
+
+    def enable_outside(self, outside: Outside) -> None:
+        """Allocate what acts from outside."""
+        self._fields = outside.fields()
+        allocate_outside(self.arrays, outside)
+        self._record()
+
+    def find_output(self, time: float) -> None:
+        """Evaluate the frames that are shown, which are those of a time."""
+        if self._fields:
+            self._now.assign([time])
+        self._find_output()
+
+    def _launch_outside(self, a: Arrays, end: wp.array) -> None:
+        """What acts from outside at the places of the nodes and at these times [rod] or [1]."""
+        for field in self._fields:
+            self._launch(field, a.f.position.shape, a.f.position, end, a.f.outside)
 
     def _launch(self, kernel, dim, *inputs) -> None:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self.device)
@@ -127,6 +147,7 @@ class BoundLaunches:
 
     def _launch_try(self, a: Arrays) -> None:
         self._launch_motion(a)
+        self._launch_outside(a, a.plan.end)
         self._launch(step.try_step, a.tiles, a.f, a.past, a.pace, a.plan, a.systems)
 
     def _launch_accept(self, a: Arrays, own: int) -> None:
@@ -152,6 +173,7 @@ class BoundLaunches:
     def _launch_output(self) -> None:
         a = self.arrays
         self._launch_motion(a)
+        self._launch_outside(a, self._now)
         self._launch(evaluation.find_output, a.tiles, a.f, a.systems, self.middle, a.output)
         self._launch(evaluation.find_orientations, a.f.position.shape, a.f, a.output.orientation)
         self._launch(self._surface.residuals, a.rods, a.f, self._parameters, a.residuals)

@@ -41,7 +41,7 @@ class BoundReadings(Readings):
     def evaluate(self) -> None:
         """Compute tension, velocities and rates for the present shape, force and membrane, and what follows."""
         self.show()
-        self._launches.find_output()
+        self._launches.find_output(self._clock.time)
 
     @property
     def stride(self) -> int:

@@ -20,6 +20,7 @@ from warp_rods.rods.bound.readings import BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.tiles import Tiled, is_tiled
 from warp_rods.rods.variables import FILAMENT_VARIABLES
@@ -43,7 +44,8 @@ class BoundRods(BoundReadings, Ensemble):
     formula of s, or values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending),
     intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each. ends: "free" (D.59) to (D.61) or "clamped", for
     the first and the last node; free on a moving membrane. growth: see ``growth.knots``; free tips grow, and nodes keep
-    their fractions of the length. The units of length, force and time are arbitrary.
+    their fractions of the length. flow, gravity (a force per length), forces: as in a scene. Units of length, force and
+    time are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.
@@ -76,6 +78,9 @@ class BoundRods(BoundReadings, Ensemble):
         at: str = "middle",
         ends: tuple[str, str] = ("free", "free"),
         growth: Mapping[str, Any] | None = None,
+        flow: Any = None,
+        gravity: Any = None,
+        forces: Any = None,
         device=None,
     ):
         made = "a Surface, which surfaces.make(kind, parameters) returns"
@@ -85,6 +90,8 @@ class BoundRods(BoundReadings, Ensemble):
         given = {"length": length, "stiffness": stiffness, "intrinsic": intrinsic, "drag": drag}
         parameters = parameters_of(given, len(position))
         grown = growth_tables.read(growth)
+        outside = Outside(flow, gravity, forces, len(position))
+        self._outside = outside if outside.flows or outside.pushes else None
         fixed = {"surface": surface, "ends": checked_ends(ends)}
         fixed |= {"growth": growth_tables.knots(grown, parameters["length"]), "largest_spacing": grown.largest_spacing}
         super().__init__(len(position), nodes, parameters, device, **fixed)
@@ -118,6 +125,8 @@ class BoundRods(BoundReadings, Ensemble):
         )
         self._f, self._past = self._arrays.f, self._arrays.past
         self._launches = BoundLaunches(self._arrays, self.surface, self._clock, self.middle)
+        if self._outside is not None:
+            self._launches.enable_outside(self._outside)
 
     def _place(self, position: np.ndarray, direction: np.ndarray, geodesic: np.ndarray, node: int) -> None:
         """Set the frame of one node to the given position and direction, and the others from it outwards."""

@@ -9,9 +9,23 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.kernels import outside as kernels
 from warp_rods.kernels.free.holding import Hold
 from warp_rods.kernels.free.output import Output
-from warp_rods.kernels.free.state import Balance, Contact, End, Load, Midpoint, Past, Shape, Swimmers, Trial
+from warp_rods.kernels.free.state import (
+    CARRIED_ALIKE,
+    CARRIED_APART,
+    Balance,
+    Carrier,
+    Contact,
+    End,
+    Load,
+    Midpoint,
+    Past,
+    Shape,
+    Swimmers,
+    Trial,
+)
 from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
 from warp_rods.kernels.layout import along_rods, constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
@@ -19,6 +33,7 @@ from warp_rods.kernels.multistep import Pace
 from warp_rods.rods.free import ends
 from warp_rods.rods.free.along import at_half_nodes, product
 from warp_rods.rods.free.natural import Natural
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import allocate_pace
 from warp_rods.rods.slices import slice_array, slice_struct
 from warp_rods.rods.tiles import tiled, tiles_of
@@ -48,7 +63,15 @@ BALANCE = (
 )
 SHOWN = ("tension", "axial_velocity", "transverse_velocity", "angular_velocity")
 """Fields of ``Balance`` that are read; all others are workspace."""
-LOAD = ("axial_force", "transverse_force", "axial_drag", "transverse_drag", "axial_couple", "transverse_couple")
+LOAD = (
+    *("axial_force", "transverse_force", "axial_drag", "transverse_drag", "axial_couple", "transverse_couple"),
+    *("axial_stream", "transverse_stream", "stream_roll"),
+)
+OF_FLOW = ("axial_stream", "transverse_stream", "stream_roll", "axial_couple")
+OF_COUPLES = ("axial_couple", "transverse_couple")
+"""Fields of ``Load`` that a flow, and couples in space, write."""
+CARRIER = ("displacement", "displacement_before", "velocity")
+"""What steps keep of how a flow carries rods."""
 CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
     **dict.fromkeys(("end", "angle", "error", "roll_rate"), wp.float64),
@@ -57,7 +80,7 @@ TRIAL = {
 }
 PAIRS = {
     *("bending", "transverse_source", "transverse_velocity", "angular_velocity", "bending_rate", "transverse_force"),
-    *("rest", "natural_bending", "transverse_couple", "moment_slope"),
+    *("rest", "natural_bending", "transverse_couple", "transverse_stream", "moment_slope"),
     *(*COMPLEX, "rhs_pairs", "rhs_equal", "work_pairs", "work_pairs2"),
 }
 """Fields with two components across the rod."""
@@ -91,6 +114,8 @@ class Arrays:
     spacing: wp.array
     force: wp.array | None = None  # external force in space; None until one is used
     hold: Any = None  # Hold: ends held in space; None without them
+    outside: Any = None  # Outside: flow, gravity, forces by formula; None without them
+    couple: Any = None  # the rods' own couple about the tangent, half nodes [tile, node]; None until it is used
 
     @property
     def stiffness(self) -> wp.array | None:
@@ -208,7 +233,67 @@ def allocate_force(arrays: Arrays) -> None:
     arrays.force = per_node(rods, nodes, wp.vec3d, device)
     arrays.rods.forced = 1
     for balance in (arrays.step_balance, arrays.balance):
-        balance.load = _load(tiles_of(rods), nodes, device, forced=True)
+        _allocate_load(balance, rods, nodes, device, ("axial_force", "transverse_force"))
+
+
+def allocate_couple(arrays: Arrays, couple: np.ndarray) -> None:
+    """The rods' own couple [rod, node] about the tangent, which steps and readings take from one array."""
+    device = arrays.position.device
+    arrays.couple = tiled(at_half_nodes(couple), device=device)
+    arrays.rods.forced = 1
+    for balance in (arrays.step_balance, arrays.balance):
+        load = balance.load
+        load.axial_couple = arrays.couple
+        balance.load = load
+
+
+def allocate_outside(arrays: Arrays, outside: Outside) -> None:
+    """Arrays for what acts from outside; those for external forces must be there."""
+    (rods, nodes), device = arrays.position.shape, arrays.position.device
+    arrays.outside = outside.arrays(nodes, device)
+    arrays.rods.flowing = int(outside.flows)
+    if arrays.couple is None:
+        arrays.couple = constant_zero(tiles_of(rods), nodes, Lanes, device)
+    for balance in (arrays.step_balance, arrays.balance):
+        _allocate_load(balance, rods, nodes, device, OF_FLOW * outside.flows + OF_COUPLES * outside.turns)
+    if outside.flows and not (arrays.rods.first.kind or arrays.rods.last.kind):
+        carrier = Carrier()
+        carrier.kind, carrier.stream = CARRIED_APART, arrays.outside.velocity
+        for name in ("displacement", "displacement_before"):
+            setattr(carrier, name, per_rod(rods, wp.vec3d, device))
+        carrier.velocity = wp.zeros((rods, RATES), dtype=wp.vec3d, device=device)
+        set_carrier(arrays, carrier)
+
+
+def set_carrier(arrays: Arrays, carrier: Any) -> None:
+    """How a flow carries the rods."""
+    arrays.midpoint.carrier = carrier
+
+
+def put_down(arrays: Arrays, time: float) -> None:
+    """Let the frames of ``midpoint``, which are those in space at a time, be in the axes that a flow carries."""
+    carrier = arrays.midpoint.carrier
+    if carrier.kind == CARRIED_ALIKE:
+        place = arrays.midpoint.position
+        place.assign(place.numpy() - time * np.array(carrier.uniform))
+    elif carrier.kind == CARRIED_APART:
+        for name in CARRIER:
+            getattr(carrier, name).zero_()
+
+
+def carried_alike(velocity: np.ndarray) -> Any:
+    """How a uniform flow carries rods."""
+    carrier = Carrier()
+    carrier.kind, carrier.uniform = CARRIED_ALIKE, wp.vec3d(*velocity)
+    return carrier
+
+
+def _allocate_load(balance: Any, rods: int, nodes: int, device: Any, names: Collection[str]) -> None:
+    """Arrays of zeros for some fields of the load, in place of the constant zero."""
+    load = balance.load
+    for name in names:
+        setattr(load, name, per_node(tiles_of(rods), nodes, _dtype(name), device))
+    balance.load = load
 
 
 def allocate_contact(arrays: Arrays) -> None:
@@ -252,6 +337,8 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         spacing=a.spacing[rods],
         force=slice_array(a.force, rods),
         hold=None if a.hold is None else slice_struct(Hold, a.hold, rods),
+        outside=None if a.outside is None else slice_struct(kernels.Outside, a.outside, rods),
+        couple=slice_array(a.couple, rods),
     )
 
 
@@ -262,11 +349,10 @@ def _shape(make: Any, tiles: int, nodes: int, device: Any) -> Any:
     return shape
 
 
-def _load(tiles: int, nodes: int, device: Any, forced: bool = False) -> Any:
+def _load(tiles: int, nodes: int, device: Any) -> Any:
     load = Load()
     for name in LOAD:
-        make = per_node if forced and name.endswith("_force") else constant_zero
-        setattr(load, name, make(tiles, nodes, _dtype(name), device))
+        setattr(load, name, constant_zero(tiles, nodes, _dtype(name), device))
     return load
 
 
@@ -302,7 +388,7 @@ def _output(tiles: int, nodes: int, device: Any) -> Any:
     output = Output()
     for name in ("bending_rate", "twist_rate", "activity_rate", "energy_density"):
         setattr(output, name, per_node(tiles, nodes, _dtype(name), device))
-    for name in ("energy", "dissipation", "power"):
+    for name in ("energy", "dissipation", "power", "flow_power"):
         setattr(output, name, per_rod(tiles, Lanes, device))
     return output
 

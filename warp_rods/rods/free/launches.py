@@ -8,11 +8,19 @@ from typing import Any
 import warp as wp
 
 from warp_rods.device import exclusive
-from warp_rods.kernels.free import equal_steps, holding, load, output, own_steps
+from warp_rods.kernels.free import equal_steps, holding, load, output, outside, own_steps
 from warp_rods.kernels.layout import per_rod
 from warp_rods.kernels.status import give_up
 from warp_rods.rods.clock import Clock
-from warp_rods.rods.free.arrays import Arrays, allocate_contact, allocate_force, allocate_hold, slice_arrays
+from warp_rods.rods.free.arrays import (
+    Arrays,
+    allocate_contact,
+    allocate_force,
+    allocate_hold,
+    allocate_outside,
+    slice_arrays,
+)
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.recorded import Recorded, RecordedInThreads
 from warp_rods.rods.slices import thread_slices
 
@@ -29,28 +37,37 @@ class FreeLaunches:
         self.rods, self.nodes = arrays.position.shape
         self.device = arrays.position.device
         self._field: Any = None
+        self._fields: list[Any] = []
         self._target = per_rod(3, device=self.device)
         self.show_at(clock.time)
-        self._record()
+        self.record()
 
     def enable_forces(self, field: Any = None) -> None:
         """Allocate external forces. A ``field`` kernel, if given, evaluates them in each step."""
         allocate_force(self.arrays)
         self._field = field
-        self._record()
+        self.record()
         self.find_frames()
 
     def enable_hold(self) -> None:
         """Allocate what holds ends in space; external forces must be enabled."""
         allocate_hold(self.arrays)
-        self._record()
+        self.record()
+
+    def enable_outside(self, given: Outside) -> None:
+        """Allocate what acts from outside; external forces must be enabled."""
+        fields = given.fields()
+        allocate_outside(self.arrays, given)
+        self._fields = fields
+        self.record()
 
     def enable_contact(self) -> None:
         """Allocate the stiffness of contact; external forces must be enabled."""
         allocate_contact(self.arrays)
-        self._record()
+        self.record()
 
-    def _record(self) -> None:
+    def record(self) -> None:
+        """Record the sequences anew, after a change of the structs."""
         parts = self._slices()
 
         def in_threads(launch: Any, parts: Any = parts) -> RecordedInThreads:
@@ -108,14 +125,16 @@ class FreeLaunches:
         self._launch(equal_steps.predict, _tiles(a), a.rods, a.now, a.past, a.pace, self.clock.array, a.trial, a.star)
         if a.force is None and not a.rods.bent:
             return
-        self._launch(equal_steps.predict_midpoint, a.position.shape[0], a.pace, a.midpoint, a.trial, *_frame(a))
+        foretold = (a.rods, a.pace, a.midpoint, a.trial)
+        self._launch(equal_steps.predict_midpoint, a.position.shape[0], *foretold, *_frame(a))
         if a.force is not None:
             self._launch_lay_out(a, a.star)
             self._launch_field(a, self.clock.array)
+            self._launch_outside(a, a.trial.end)
 
     def _launch_try(self, a: Arrays) -> None:
         if a.force is not None:
-            self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.step_balance.load)
+            self._launch_load(a, a.step_balance.load)
         if a.hold is not None:
             held = (a.rods, a.star, a.trial.angle, a.pace, self.clock.array, a.rotation, a.hold)
             self._launch(holding.set_ends, _tiles(a), *held)
@@ -140,6 +159,23 @@ class FreeLaunches:
         if self._field is not None:
             self._launch(self._field, a.position.shape, a.position, a.rotation, time, a.force)
 
+    def _launch_outside(self, a: Arrays, end: wp.array) -> None:
+        """What acts from outside at the places in the arrays and these times [rod] or [1]."""
+        for field in self._fields:
+            self._launch(field, a.position.shape, a.position, end, a.outside)
+
+    def _launch_load(self, a: Arrays, balanced: Any) -> None:
+        """All forces and couples in the frames in the arrays."""
+        self._launch(load.find_force, _tiles(a), a.rotation, a.force, balanced)
+        if a.outside is None:
+            return
+        if a.outside.flowing or a.outside.turning:
+            self._launch(outside.set_couple, _tiles(a), a.couple, balanced)
+        if a.outside.flowing:
+            self._launch(outside.add_flow, _tiles(a), a.rods, a.rotation, a.outside, balanced)
+        if a.outside.pushing:
+            self._launch(outside.add_outside, _tiles(a), a.rotation, a.outside, balanced)
+
     # --- output -----------------------------------------------------------------------------------------------------
 
     def _launch_show(self, a: Arrays) -> None:
@@ -153,6 +189,7 @@ class FreeLaunches:
     def _launch_present_force(self, a: Arrays) -> None:
         self._launch_frames(a)
         self._launch_field(a, self._target)
+        self._launch_outside(a, self._target[:1])
 
     def _launch_lay_out(self, a: Arrays, shape: Any) -> None:
         """Frames at all nodes from those of the middle."""
@@ -164,7 +201,7 @@ class FreeLaunches:
             self._launch_show(a)
         else:
             self._launch_present_force(a)
-            self._launch(load.find_force, _tiles(a), a.rotation, a.force, a.balance.load)
+            self._launch_load(a, a.balance.load)
         if a.hold is not None:
             held = (a.rods, a.shown, a.shown_midpoint.angle, a.pace, self.clock.array, a.rotation, a.hold)
             self._launch(holding.set_ends, _tiles(a), *held)

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warp_rods.device import exclusive
+from warp_rods.kernels.free.state import CARRIED_APART, NOT_CARRIED
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays
 from warp_rods.rods.free.launches import FreeLaunches
@@ -44,6 +45,7 @@ class FreeReadings(Readings):
             "energy": of(find_output, output.energy),
             "dissipation": of(find_output, output.dissipation),
             "power": of(find_output, output.power),
+            "flow_power": of(find_output, output.flow_power),
             "position": of(find_frames, a.position),
             "strain": of(find_frames, a.strain),
             "orientation": of(find_frames, a.orientation),
@@ -56,6 +58,11 @@ class FreeReadings(Readings):
     def rotation(self) -> np.ndarray:
         """Directors of the Bishop frame as columns, tangent first [rod, node, 3, 3]."""
         return self.reading("rotation")
+
+    @property
+    def flow_power(self) -> np.ndarray:
+        """The part of ``power`` that a flow gives [rod]: ∫ ζ(u∞ − u)·u∞ ds, u∞ relative to that at the middle node."""
+        return self.reading("flow_power")
 
     @property
     def activity(self) -> np.ndarray:
@@ -72,6 +79,7 @@ class FreeReadings(Readings):
         a = self._arrays
         with exclusive:
             self._find_output()
+            along, across = self._carried()
             return {
                 "bending": self._complex(a.shown.bending),
                 "twist": self._on_host(a.shown.twist),
@@ -80,10 +88,22 @@ class FreeReadings(Readings):
                 "twist_rate": self._on_host(a.output.twist_rate),
                 "activity_rate": self._on_host(a.output.activity_rate),
                 "tension": self._on_host(a.balance.tension),
-                "transverse": self._complex(a.balance.transverse_velocity),
-                "axial": self._on_host(a.balance.axial_velocity)[:, :-1],
+                "transverse": self._complex(a.balance.transverse_velocity) + across,
+                "axial": self._on_host(a.balance.axial_velocity)[:, :-1] + along,
                 "angular_velocity": self._complex(a.balance.angular_velocity)[:, :-1],
             }
+
+    def _carried(self) -> tuple[Any, Any]:
+        """The velocity with which a flow carries the rods as a whole: along at half nodes, across at nodes."""
+        a, carrier = self._arrays, self._arrays.midpoint.carrier
+        if carrier.kind == NOT_CARRIED:
+            return 0.0, 0.0
+        velocity = np.broadcast_to(np.array(carrier.uniform), (len(to_host(a.failed_at)), 3))
+        if carrier.kind == CARRIED_APART:
+            velocity = to_host(carrier.stream)[:, a.rods.tracked]
+        self._launches.find_frames()
+        here = np.einsum("rnij,ri->rnj", to_host(a.rotation), velocity)
+        return (here[:, 1:, 0] + here[:, :-1, 0]) / 2, here[..., 1] + 1j * here[..., 2]
 
     def _on_host(self, array: wp.array) -> np.ndarray:
         """A copy [rod, …] of an array [rod, …] or [tile, …]."""

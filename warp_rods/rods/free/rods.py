@@ -12,10 +12,22 @@ from warp_rods import arguments
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free.load import force_field
+from warp_rods.kernels.free.state import CARRIED_APART
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.free.along import product
-from warp_rods.rods.free.arrays import PAST, SHAPE, allocate, allocate_natural, set_ends
+from warp_rods.rods.free.along import Along, at_half_nodes, at_nodes, product
+from warp_rods.rods.free.arrays import (
+    CARRIER,
+    PAST,
+    SHAPE,
+    allocate,
+    allocate_couple,
+    allocate_natural,
+    carried_alike,
+    put_down,
+    set_carrier,
+    set_ends,
+)
 from warp_rods.rods.free.checks import (
     along_rods,
     check_nodes,
@@ -33,6 +45,7 @@ from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.free.readings import FreeReadings
 from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
+from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import vectors
 from warp_rods.rods.tiles import Tiled
@@ -75,6 +88,9 @@ class FreeRods(FreeReadings, Ensemble):
     in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
     ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
     evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not finite is frozen.
+    couple: a couple per length about the tangent: a number, one for each rod, values [rod, node], or a formula in s and
+    t. flow, gravity, forces: as the tables of a scene, ``{"kind": "shear", "rate": 1.0}``, a force per length (one
+    vector or one for each rod), ``[{"force": ["sin(x)", 0, 0], "couple": …}]``.
 
     Raises SceneError naming the parameter for even nodes or fewer than 17, and for impossible values or shapes.
     """
@@ -116,6 +132,10 @@ class FreeRods(FreeReadings, Ensemble):
         ends: Any = None,
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
         shape: Any = None,
+        couple: Any = 0.0,
+        flow: Any = None,
+        gravity: Any = None,
+        forces: Any = None,
         symmetric: bool = False,
         device: Any = None,
         external: Callable | None = None,
@@ -135,6 +155,8 @@ class FreeRods(FreeReadings, Ensemble):
         if symmetric and not (held[0].plain and held[1].plain):
             raise SceneError("symmetric = true: the ends must be free and without loads")
         natural = Natural(natural_bend, natural_twist, count, nodes)
+        turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True)
+        outside = Outside(flow, gravity, forces, count)
         fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
         super().__init__(count, nodes, parameters, device, **fixed)
@@ -145,11 +167,16 @@ class FreeRods(FreeReadings, Ensemble):
             if natural.any:
                 allocate_natural(self._arrays, natural)
             set_ends(self._arrays, *held)
+            self._couple = turned
+            if self._turned:
+                self._enable_couple()
             self._place(shape, points(position, count), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
             self._holding: Holding | None = None
             if needs_places(*held):
                 self._hold(held)
+            if outside.flows or outside.pushes:
+                self._expose(outside)
             self._external: Callable | None = None
             if external is not None:
                 self._use(external)
@@ -181,6 +208,28 @@ class FreeRods(FreeReadings, Ensemble):
         bending.assign(k)
         twist.assign(tau)
 
+    @property
+    def _turned(self) -> bool:
+        """Whether rods have a couple per length of their own."""
+        return self._couple.varies or bool(self._couple.values.any())
+
+    def _enable_couple(self) -> None:
+        if self.symmetric:
+            raise SceneError("symmetric = true: a couple could break the symmetry")
+        allocate_couple(self._arrays, at_nodes(self._couple.values, self.nodes))
+
+    def _expose(self, outside: Outside) -> None:
+        """Let a flow, gravity and forces act; a uniform flow carries free rods, and does nothing else."""
+        held = self.ends[0].held or self.ends[1].held
+        if outside.uniform is not None and not held:
+            set_carrier(self._arrays, carried_alike(outside.uniform))
+            outside = outside.without_flow()
+        if outside.flows or outside.pushes:
+            self._enable_forces()
+            self._launches.enable_outside(outside)
+        else:
+            self._launches.record()
+
     def _use(self, external: Callable) -> None:
         """Let a function give the external force."""
         is_kernel = isinstance(external, wp.Function)
@@ -209,7 +258,7 @@ class FreeRods(FreeReadings, Ensemble):
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
         in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
-        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0)
+        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not self._turned)
         bend, twist = (v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist))
         self._arrays.pace.highest_order.assign(highest_order(bend, twist, planar))
 
@@ -273,8 +322,8 @@ class FreeRods(FreeReadings, Ensemble):
 
     @property
     def has_own_steps(self) -> bool:
-        """True for rods without external forces whose natural shape does not change in time."""
-        return self._arrays.force is None and not self._natural.varies
+        """True for rods without external forces whose natural shape and couple do not change in time."""
+        return self._arrays.force is None and not (self._natural.varies or self._couple.varies)
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
@@ -289,6 +338,7 @@ class FreeRods(FreeReadings, Ensemble):
                 wp.copy(getattr(a.now, name), getattr(a.shown, name))
             for name in FRAME:
                 wp.copy(getattr(a.midpoint, name), getattr(a.shown_midpoint, name))
+            put_down(a, self.time)
             restart_pace(a.pace, self.time)
             if a.contact.present:
                 for array in CONTACT_STATE.values():
@@ -319,7 +369,10 @@ class FreeRods(FreeReadings, Ensemble):
         return self._launches.threads
 
     def _set_natural(self, time: float) -> None:
-        """Let a natural shape that changes in time be that of a time."""
+        """Let a natural shape and a couple that change in time be those of a time."""
+        if self._couple.varies:
+            with exclusive:
+                Tiled(self._arrays.couple, self.count).assign(at_half_nodes(self._couple.at(time)))
         if self._natural.varies:
             bending, twist = self._natural.at(time)
             with exclusive:
@@ -421,6 +474,8 @@ class FreeRods(FreeReadings, Ensemble):
             fields |= {name: getattr(a.contact, array) for name, array in CONTACT_STATE.items()}
         arrays: dict[str, wp.array | Tiled] = {name: Tiled(array, self.count) for name, array in fields.items()}
         arrays |= {f"midpoint_{name}": getattr(a.midpoint, name) for name in (*MIDPOINT, *BEFORE)}
+        if a.midpoint.carrier.kind == CARRIED_APART:
+            arrays |= {f"carrier_{name}": getattr(a.midpoint.carrier, name) for name in CARRIER}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
         return arrays

@@ -56,6 +56,11 @@ def constant_zero(rods: int, nodes: int, dtype=real, device=None) -> wp.array:
     return _view(wp.zeros(1, dtype=dtype, device=device), (rods, nodes), (0, 0))
 
 
+def along_rods(values: wp.array, nodes: int) -> wp.array:
+    """A field [tile, node] of one value for each tile [tile], which is stored once."""
+    return _view(values, (values.shape[0], nodes), (values.strides[0], 0))
+
+
 def _view(base: wp.array, shape: tuple[int, int], strides: tuple[int, int]) -> wp.array:
     """A view of another shape. It does not own its memory: its deleter keeps the base alive, and deletes nothing."""
 

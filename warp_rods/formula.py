@@ -17,7 +17,7 @@ from typing import Any
 
 from warp_rods.documented import Documented
 
-__all__ = ["ALLOWED", "FormulaError", "check", "function_of_time", "usable_name"]
+__all__ = ["ALLOWED", "FormulaError", "check", "function_of_arrays", "function_of_time", "usable_name"]
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "atan")
@@ -82,6 +82,23 @@ def function_of_time(text: str) -> Callable[[float], float]:
     if "t" not in reader.used:
         raise FormulaError("t does not occur in it; write a constant without quotes")
     return lambda time: FormulaReader({"t": float(time)}, ALLOWED_IN_TIME).read(tree)
+
+
+def function_of_arrays(text: str, names: Sequence[str]) -> Callable[..., Any]:
+    """The function of arrays defined by a formula in variables with these names, given by keyword; NumPy in and out.
+
+    Its attribute ``names`` are those that occur. Raises FormulaError for the first part that is not allowed.
+    """
+    allowed = ALLOWED.replace("x, y, z, the names in parameters", ", ".join(names))
+    tree = syntax_tree(text.strip(), allowed)
+    reader = FormulaReader(dict.fromkeys(names, FORM), allowed)
+    reader.read(tree)
+
+    def function(**values: Any) -> Any:
+        return ArrayReader(values, allowed).read(tree)
+
+    function.names = frozenset(reader.used)  # type: ignore[attr-defined]
+    return function
 
 
 def syntax_tree(text: str, allowed: str) -> ast.expr:
@@ -213,6 +230,40 @@ class FormulaReader(metaclass=Documented):
         if all(isinstance(value, float) for value in values):
             return self.finite(node, lambda: (FUNCTIONS | TWO_ARGUMENTS)[name](*values)), 0
         return self.applied(name, values), max(degree for _value, degree in arguments)
+
+
+class ArrayReader(FormulaReader):
+    """Evaluates a formula whose variables are NumPy arrays; where it has no value, the result is not finite."""
+
+    def negated(self, value: Any) -> Any:
+        """−value."""
+        return -value
+
+    def combined(self, node: ast.BinOp, left: Any, right: Any) -> Any:
+        """A sum, difference, product or quotient."""
+        with _quiet():
+            return OPERATORS[type(node.op)](left, right)
+
+    def raised(self, node: ast.BinOp, base: Any, exponent: float) -> Any:
+        """A power."""
+        with _quiet():
+            return base**exponent
+
+    def applied(self, name: str, values: list[Any]) -> Any:
+        """A function."""
+        import numpy as np
+
+        with _quiet():
+            return getattr(np, _IN_NUMPY.get(name, name))(*values)
+
+
+_IN_NUMPY = {"atan": "arctan", "atan2": "arctan2"}
+
+
+def _quiet() -> Any:
+    import numpy as np
+
+    return np.errstate(all="ignore")
 
 
 def _description(node: ast.expr) -> str:

@@ -10,14 +10,14 @@ from pydantic_core import PydanticCustomError
 from warp_rods.values import Number, Positive, ZeroOrMore
 
 __all__ = [
-    "ONE", "OR_EACH", "TAGS", "WORD", "Direction", "Each", "EachVector", "NumberEach", "PositiveEach", "Vector",
-    "WordOrTable", "ZeroOrMoreEach", "is_list",
+    "EACH", "ONE", "OR_EACH", "TABLE", "TAGS", "WORD", "WORDS", "Direction", "Each", "EachVector", "NumberEach",
+    "PositiveEach", "Vector", "WordOrTable", "ZeroOrMoreEach", "is_list",
 ]  # fmt: skip
 
 T = TypeVar("T")
 W = TypeVar("W")
 
-TAGS = ONE, EACH, WORD, TABLE = "(one)", "(each)", "(word)", "(table)"
+TAGS = ONE, EACH, WORD, TABLE, WORDS = "(one)", "(each)", "(word)", "(table)", "(words)"
 """Names of the alternatives of unions, which pydantic adds to the path of an error."""
 OR_EACH = ", or a list with one for each rod"
 """End of the description of a key that may have either."""

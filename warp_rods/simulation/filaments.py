@@ -18,6 +18,7 @@ from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
+from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.simulation.criteria import criteria_of_filaments
 from warp_rods.simulation.resolution import Resolution, largest_length, resolution
@@ -40,7 +41,7 @@ def nodes_of_filaments(layout: Layout, table: FilamentsTable) -> Resolution:
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
     samples = samples_of(surface, end, part_of(surface, table.bodies))
-    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric))
+    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric, end))
 
 
 def build_filaments(layout: Layout, table: FilamentsTable) -> None:
@@ -51,7 +52,7 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
     def build(position: np.ndarray, direction: np.ndarray, rods: Any = slice(None), **placed) -> BoundRods:
         parameters: dict[str, Any] = {
             "length": each_rod(table.length, table.count)[rods],
-            **{k: each_rod(getattr(table, k), table.count, 3)[rods] for k in ("stiffness", "intrinsic", "drag")},
+            **{k: _along(getattr(table, k), table.count, rods) for k in ("stiffness", "intrinsic", "drag")},
         }
         growth = None if table.growth is None else _growth_of(table.growth, rods, table.count)
         return BoundRods(
@@ -71,6 +72,14 @@ def build_filaments(layout: Layout, table: FilamentsTable) -> None:
             what = Status(int(rods.status[lost[0]])).words
             raise SceneError(f"placement: rod {lost[0]} {what}: place it elsewhere, or shorten it")
     layout.ensembles[table.name] = rods
+
+
+def _along(value: Any, count: int, rods: Any) -> Any:
+    """Components of some of the rods."""
+    if numbers_of(value):
+        return each_rod(value, count, 3)[rods]
+    rows = rows_of(value)
+    return [rows[rod] for rod in np.arange(count)[rods]] if len(rows) == count else rows[0]
 
 
 def _growth_of(growth: GrowthTable, rods: Any, count: int) -> dict[str, Any]:

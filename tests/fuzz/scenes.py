@@ -54,7 +54,11 @@ BASES: tuple[dict[str, Any], ...] = (
     },
     {
         "surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0},
-        "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME,
+        "filaments": [
+            FILAMENTS
+            | {"intrinsic": [[0.0, "s - t", {"nodes": [0.1] * 17}], [0, 0, 0]], "stiffness": [1.0, "2 + s", 1.0]}
+        ],
+        "swimmers": [CELLS], "time": TIME,
     },
 )  # fmt: skip
 

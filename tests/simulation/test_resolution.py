@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest

@@ -48,11 +48,9 @@ class BoundRods(BoundReadings, Ensemble):
     surface: from ``surfaces.make``. position, direction [rod, 3]: the middle node (with ``at="start"`` the first node)
     and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a number, or
     values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending), intrinsic σ, drag (ζ∥,
-    ζ⊥, ζr): one for all rods or one for each. In place of a number of the last three a list with one for each node, or
-    a formula in s, −1/2 to 1/2 along the rod, and t: ``(0, "2*sin(6*s - t)", 0)``. ends: "free" (D.59) to (D.61) or
-    "clamped", for the first and the last node; one of them on a moving membrane, which carries it (docs/model.md §3.3).
-    growth: see ``growth.knots``; free tips grow, and nodes keep their fractions of the length. The units of length,
-    force and time are arbitrary.
+    ζ⊥, ζr): one for all rods or one for each; numbers of the last three may be lists [node], or formulas in s (−½ to ½)
+    and t: ``(0, "2*sin(6*s - t)", 0)``. ends: "free" or "clamped" (docs/model.md §3.3), of which one on a membrane that
+    moves. growth: ``growth.knots``; free tips grow, and nodes keep their shares. All units are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.

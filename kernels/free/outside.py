@@ -55,7 +55,7 @@ def add_flow(rods: Swimmers, rotation: Matrices2D, outside: Outside, load: Load)
             load.axial_stream[tile, node - 1] = along
             load.stream_roll[tile, node - 1] = roll
             load.axial_force[tile, node - 1] += rods.drag_along[tile, node - 1] * along
-            load.axial_couple[tile, node - 1] += rods.rotational_drag[tile, node - 1] * roll
+            load.axial_couple[tile, node - 1] += roll / rods.rotational_mobility[tile, node - 1]
         before = u[0]
         spin_before = spin
 

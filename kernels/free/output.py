@@ -128,7 +128,7 @@ def add_flow_powers(tile: int, rods: Swimmers, shape: Shape, balance: Balance, o
     for node in range(last):
         w0, u0 = balance.load.axial_stream[tile, node], balance.axial_velocity[tile, node]
         roll, roll_rate = balance.load.stream_roll[tile, node], roll_rate_after(tile, node, rods, shape, balance)
-        along, about = rods.drag_along[tile, node] * w0, rods.rotational_drag[tile, node] * roll
+        along, about = rods.drag_along[tile, node] * w0, roll / rods.rotational_mobility[tile, node]
         surplus += along * (w0 - real(2.0) * u0) + about * (roll - real(2.0) * roll_rate)
         given += along * (w0 - u0) + about * (roll - roll_rate)
     output.dissipation[tile] += rods.spacing * surplus

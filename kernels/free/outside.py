@@ -1,4 +1,4 @@
-"""A flow, and forces and couples per length from outside, on active rods in their Bishop frame (docs/model.md §2.9).
+"""A flow, and forces and couples per length from outside, on active rods in their Bishop frame (docs/model.md §2.12).
 
 Drag acts on the velocity against the fluid, so that a flow u∞ is a force ζ u∞ and a couple ζr ½∇×u∞ about the tangent.
 Free rods are described in axes that are carried with u∞ of the tracked node, without turning (``motion.py``).
@@ -12,6 +12,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes2D,
     Vector,
     add,
+    div,
     mul,
     pair,
     sub,
@@ -55,7 +56,7 @@ def add_flow(rods: Swimmers, rotation: Matrices2D, outside: Outside, load: Load)
             load.axial_stream[tile, node - 1] = along
             load.stream_roll[tile, node - 1] = roll
             load.axial_force[tile, node - 1] += rods.drag_along[tile, node - 1] * along
-            load.axial_couple[tile, node - 1] += rods.rotational_drag[tile, node - 1] * roll
+            load.axial_couple[tile, node - 1] += roll / rods.rotational_mobility[tile, node - 1]
         before = u[0]
         spin_before = spin
 

@@ -5,7 +5,7 @@ in Ω. The unknown is δα at half nodes, the turn beyond the extrapolated state
 j + 1 and is stored at j::
 
     δΩ_j = (δα_j − δα_(j−1))/Δs,     (a − J) δα = g,     J δα = (δu2)'
-    Z22 δu2 = −B3 δΩ'' + (e″ δα)',   e″ = B1 (K22 − K11)² + 4 B2 K12²
+    Z22 δu2 = −(B3 δΩ)'' + (e″ δα)',   e″ = B1 (K22 − K11)² + 4 B2 K12²
 
 e″ is the stiffness per length against the turn: the Gauss–Newton part of the second derivative of the energy of twist
 and normal bending. ``g`` follows from the rates at the extrapolated state, ``g_j − g_(j−1) = Δs (∂Ω/∂t − Σ d Ω)_j``,
@@ -29,50 +29,53 @@ def turning_stiffness(f: Filaments, tile: int, j: int) -> Lanes:
     if j < 0 or j >= f.geodesic.shape[1] - 1:
         return Lanes()
     K = half_average(f.curvature, tile, j)
-    B = f.stiffness[tile]
+    B = half_average(f.stiffness, tile, j)
     difference = K[2] - K[0]
     return B[0] * difference * difference + real(4.0) * B[1] * K[1] * K[1]
 
 
 @wp.func
-def bending_weights(f: Filaments, i: int) -> wp.vec4d:
-    """Weights of δα at the half nodes i − 2 to i + 1 in Δs³ δΩ'' at node i.
+def bending_stiffness(f: Filaments, tile: int, i: int) -> Lanes:
+    """−B3/Δs³ at node i; 0 beyond the ends."""
+    if i < 0 or i >= f.geodesic.shape[1]:
+        return Lanes()
+    h = f.spacing[tile]
+    return -f.stiffness[tile, i][2] / (h * h * h)
+
+
+@wp.func
+def bending_weights(f: Filaments, i: int, before: Lanes, here: Lanes, after: Lanes) -> Block:
+    """Weights of δα at the half nodes i − 2 to i + 1 in −(B3 δΩ)'' at node i; −B3/Δs³ at the nodes i − 1, i, i + 1.
 
     A free end has δΩ = 0. At a clamped end the angle is zero: δΩ there is twice the angle next to it over Δs.
     """
     last = f.geodesic.shape[1] - 1
-    one, two, three, four = real(1.0), real(2.0), real(3.0), real(4.0)
-    w = wp.vec4d(-one, three, -three, one)
+    two = real(2.0)
     if i == 0:
-        w = wp.vec4d(real(0.0), real(0.0), -two, two)
-    elif i == last:
-        w = wp.vec4d(-two, two, real(0.0), real(0.0))
+        return block(Lanes(), Lanes(), -two * after, two * after)
+    if i == last:
+        return block(-two * before, two * before, Lanes(), Lanes())
+    w0, w1, w2, w3 = -before, two * here + before, -(two * here + after), after
     if i == 1:
-        w[1] = two
-        if f.start_clamped == 1:
-            w[1] = four
-        w[0] = real(0.0)
+        w0 = Lanes()
+        w1 = two * here + real(2 * f.start_clamped) * before
     if i == last - 1:
-        w[2] = -two
-        if f.end_clamped == 1:
-            w[2] = -four
-        w[3] = real(0.0)
-    return w
+        w2 = -(two * here + real(2 * f.end_clamped) * after)
+        w3 = Lanes()
+    return block(w0, w1, w2, w3)
 
 
 @wp.func
-def turn_to_velocity(f: Filaments, tile: int, i: int, before: Lanes, after: Lanes) -> Block:
-    """Weights of δα at the half nodes i − 2 to i + 1 in δu2 at node i; e″ ``before`` and ``after`` the node.
+def turn_to_velocity(f: Filaments, tile: int, i: int, w: Block, before: Lanes, after: Lanes) -> Block:
+    """Weights of δα at the half nodes i − 2 to i + 1 in δu2 at node i.
 
-    At a free end m3' varies by e″ δα with the turn.
+    w: those of −(B3 δΩ)''; e″ ``before`` and ``after`` the node. At a free end m3' varies by e″ δα with the turn.
     """
     if is_clamped(f, i):
         return Block()
     last = f.geodesic.shape[1] - 1
     h = f.spacing[tile]
-    bending = -f.stiffness[tile][2] / (h * h * h)
-    w = bending_weights(f, i)
-    w0, w1, w2, w3 = w[0] * bending, w[1] * bending, w[2] * bending, w[3] * bending
+    w0, w1, w2, w3 = w[0], w[1], w[2], w[3]
     if i == 0:
         w2 += after / h
         w3 += turning_stiffness(f, tile, 1) / h
@@ -89,11 +92,13 @@ def turn_to_velocity(f: Filaments, tile: int, i: int, before: Lanes, after: Lane
 @wp.func
 def find_turn_to_velocity(f: Filaments, tile: int, weights: Quadruples):
     """``turn_to_velocity`` at nodes."""
-    before = Lanes()
+    before, B_before, B = Lanes(), Lanes(), bending_stiffness(f, tile, 0)
     for i in range(f.geodesic.shape[1]):
-        after = turning_stiffness(f, tile, i)
-        weights[tile, i] = turn_to_velocity(f, tile, i, before, after)
+        after, B_after = turning_stiffness(f, tile, i), bending_stiffness(f, tile, i + 1)
+        weights[tile, i] = turn_to_velocity(f, tile, i, bending_weights(f, i, B_before, B, B_after), before, after)
         before = after
+        B_before = B
+        B = B_after
 
 
 @wp.func
@@ -124,7 +129,7 @@ def set_end_constant(f: Filaments, source: Lanes, a: Lanes, tile: int, rhs: Lane
     last = f.geodesic.shape[1] - 1
     h = f.spacing[tile]
     c = (source + real(2.0) * rhs[tile, last - 1] / h) / a
-    du2 = -f.stiffness[tile][2] * c / (h * h * resistance_at(f, tile, last - 1)[2])
+    du2 = -f.stiffness[tile, last][2] * c / (h * h * resistance_at(f, tile, last - 1)[2])
     rhs[tile, last - 1] = rhs[tile, last - 1] - du2 / h
     rhs[tile, last - 2] = rhs[tile, last - 2] + du2 / h
     rhs[tile, last] = c

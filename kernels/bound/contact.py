@@ -55,8 +55,8 @@ def set_contact_drag(f: Filaments, past: History, pace: Pace, plan: Plan, tile: 
     """C of each node from K [rod, node] in space, and D v** added to the load."""
     e, d = plan.value[tile], plan.slope[tile]
     terms = alternating(tile, pace, pace.order, plan.end, e, d, plan.rate[tile])
-    drag = smaller(f.drag[tile][0], f.drag[tile][1])
     for i in range(f.geodesic.shape[1]):
+        drag = smaller(f.drag[tile, i][0], f.drag[tile, i][1])
         q, across = f.tangent[tile, i], f.across[tile, i]
         stiffness = load(f.contact_stiffness, tile, i)
         K2 = stiffness * across
@@ -77,8 +77,8 @@ def contact_error(f: Filaments, past: History, systems: Systems, tile: int, dt: 
     """Error of a step in places: what D (u − v**) would move the nodes on the average, against drag and D, over L."""
     total = Lanes()
     nodes = f.geodesic.shape[1]
-    drag = f.drag[tile]
     for i in range(nodes):
+        drag = f.drag[tile, i]
         C = f.contact_drag[tile, i]
         lag = drag_times(C, velocity_at(f, systems, tile, i) - past.contact_foretold[tile, i])
         total += sqrt(dot(lag, lag)) / (smaller(drag[0], drag[1]) + C[0] + C[2])

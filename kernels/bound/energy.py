@@ -25,8 +25,8 @@ wp.set_module_options({"enable_backward": False})
 @wp.func
 def elastic_density(f: Filaments, tile: int, i: int) -> Lanes:
     """½ Σ B (strain − σ)², energy per length."""
-    bending = strain_of(f.curvature[tile, i], f.geodesic[tile, i]) - f.intrinsic[tile]
-    return real(0.5) * dot(by_component(f.stiffness[tile], bending), bending)
+    bending = strain_of(f.curvature[tile, i], f.geodesic[tile, i]) - f.intrinsic[tile, i]
+    return real(0.5) * dot(by_component(f.stiffness[tile, i], bending), bending)
 
 
 @wp.func
@@ -34,7 +34,8 @@ def dissipation_density(f: Filaments, tile: int, i: int) -> Lanes:
     """ζ∥ u1² + ζ⊥ (u2² + V²) + ζr ω0², power per length, of the velocities against the fluid."""
     u = vector(velocity_along_at(f, tile, i), f.velocity_across[tile, i], angular_velocity(f, tile, i)[0])
     V = f.normal_velocity[tile, i]
-    still = dot(f.drag[tile], by_component(u, u)) + f.drag[tile][1] * V * V
+    drag = f.drag[tile, i]
+    still = dot(drag, by_component(u, u)) + drag[1] * V * V
     return still + surplus_density(f, tile, i, vector(u[0], u[1], V), u[2])
 
 

@@ -1,7 +1,8 @@
 """Frames of surface-bound filaments in time and along the rod (docs/model.md §3.6).
 
 The frame of the tracked node is carried to the end of a step by one exponential, of its rates (4.29), (D.74) in steps
-of its own, by the formula of Ω in steps together; a clamped end stays. The other frames follow from it outwards (D.77),
+of its own, by the formula of Ω in steps together; a clamped end moves
+with its membrane alone. The other frames follow from it outwards (D.77),
 (D.81), (D.82), each projected onto the surface once.
 """
 
@@ -18,7 +19,7 @@ from warp_rods.kernels.bound.levels import (
     WeightsArray,
     choose_equal_steps,
     choose_own_steps,
-    geodesic_at,
+    set_geodesic,
     turn_at,
 )
 from warp_rods.kernels.bound.rod import strain_of
@@ -86,6 +87,12 @@ def number_in(field: Lanes1D, rod: int) -> real:
 def weight_of(weights: WeightsArray, rod: int, level: int) -> real:
     """The weight of a level of one rod."""
     return weights[rod // WIDTH][level, rod % WIDTH]
+
+
+@wp.func
+def tracked_moves(f: Filaments) -> bool:
+    """Whether the tracked frame moves: a clamped one does so with its membrane alone."""
+    return f.start_clamped + f.end_clamped == 0 or f.membrane_moves == 1
 
 
 @wp.func
@@ -265,7 +272,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         R = past.rotation[rod]
         r = past.position[rod]
         levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
-        if levels > 0 and f.start_clamped + f.end_clamped == 0:
+        if levels > 0 and tracked_moves(f):
             at = times_of(pace, rod)
             turn = turn_at(past, formula.value, rod) - past.turn[rod, 0]
             if plan.together[rod] == 1:
@@ -317,12 +324,11 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         plan.slope[tile] = slope
         plan.rate[tile] = rate
         plan.turn_slope[tile] = turn_slope
-        if f.start_clamped + f.end_clamped == 0:
+        if tracked_moves(f):
             x = project_twice(parameters[0], x)
         plan.tangent[tile] = tangent
         plan.place[tile] = x
-        for i in range(f.geodesic.shape[1]):
-            f.geodesic[tile, i] = geodesic_at(past, value, tile, i)
+        set_geodesic(f, past, value, tile)
 
     @wp.func
     def next_frame(past: History, pace: Pace, plan: Plan, rod: int):
@@ -384,7 +390,6 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         """
         tile = wp.tid()
         taken, tangent, r = Lanes(), Vector(), Vector()
-        tracked_moves = f.start_clamped + f.end_clamped == 0
         for lane in range(rods_in(tile, f.status.shape[0])):
             rod = tile * WIDTH + lane
             if own == 1 and f.active[rod] == 1:
@@ -393,14 +398,14 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
                 if plan.status[rod] == OK:
                     accept(past, pace, plan, rod)
                     taken[lane] = real(1.0)
-                    if tracked_moves:
+                    if tracked_moves(f):
                         R, place = next_frame(past, pace, plan, rod)
                         for j in range(3):
                             tangent[j, lane] = R[j, 0]
                             r[j, lane] = place[j]
                 else:
                     freeze(f, past, rod, plan.status[rod], pace.at[rod, 0])
-        if tracked_moves:
+        if tracked_moves(f):
             taken = store_tracked_frames(f, past, pace, parameters[0], tile, taken, tangent, r)
         if own == 1:
             for lane in range(rods_in(tile, f.status.shape[0])):
@@ -429,7 +434,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             set_length(f, growth, tile, lane, t)
             R = past.rotation[rod]
             r = past.position[rod]
-            if t < at[0] and f.start_clamped + f.end_clamped == 0:
+            if t < at[0] and tracked_moves(f):
                 turn = turn_at(past, e, rod) - past.turn[rod, 1]
                 before, origin = past.rotation_before[rod], past.position_before[rod]
                 levels = levels_of_rates(pace, rod, wp.max(pace.order[rod], 2))
@@ -440,8 +445,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             for j in range(3):
                 tangent[j, lane] = R[j, 0]
                 x[j, lane] = r[j]
-        for i in range(f.geodesic.shape[1]):
-            f.geodesic[tile, i] = geodesic_at(past, w, tile, i)
+        set_geodesic(f, past, w, tile)
         plan.tangent[tile] = tangent
         plan.place[tile] = where(within, project_twice(parameters[0], x), x)
 

@@ -70,6 +70,18 @@ def geodesic_at(past: History, w: Weights, tile: int, i: int):
 
 
 @wp.func
+def set_geodesic(f: Filaments, past: History, w: Weights, tile: int):
+    """Ω from those of the levels; that of a free end is σ3 (D.59)."""
+    last = f.geodesic.shape[1] - 1
+    for i in range(last + 1):
+        f.geodesic[tile, i] = geodesic_at(past, w, tile, i)
+    if f.start_clamped == 0:
+        f.geodesic[tile, 0] = f.intrinsic[tile, 0][2]
+    if f.end_clamped == 0:
+        f.geodesic[tile, last] = f.intrinsic[tile, last][2]
+
+
+@wp.func
 def turn_at(past: History, w: Levels, rod: int) -> real:
     """Σ w ψ of the levels."""
     total = real(0.0)

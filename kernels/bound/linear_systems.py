@@ -37,10 +37,11 @@ def inner_row(f: Filaments, tile: int, i: int) -> Block:
 
 @wp.func
 def start_row(f: Filaments, tile: int) -> Block:
-    """λ of a free first end (D.61), or u1 = 0 at the half node next to a clamped one."""
+    """λ of a free first end (D.61), or u1 = ½Δs K11 V at the half node next to a clamped one, so that u1 = 0 there."""
     if f.start_clamped == 0:
         return block(Lanes(), Lanes(real(1.0)), Lanes(), free_end_tension(f.curvature[tile, 0], f.moment[tile, 0]))
-    return block(Lanes(), f.u1_left[tile, 0], f.u1_right[tile, 0], -f.u1_constant[tile, 0])
+    u1 = real(0.5) * f.spacing[tile] * shortening_rate(f, tile, 0)
+    return block(Lanes(), f.u1_left[tile, 0], f.u1_right[tile, 0], u1 - f.u1_constant[tile, 0])
 
 
 @wp.func
@@ -57,12 +58,13 @@ def end_row(f: Filaments, tile: int) -> Block:
         )
     regular = real(1.0) + real(f.start_clamped) * real(1.0e-12)
     left = f.u1_left[tile, last - 1]
-    return block(-left, -regular * f.u1_right[tile, last - 1], Lanes(), f.u1_constant[tile, last - 1])
+    u1 = real(-0.5) * f.spacing[tile] * shortening_rate(f, tile, last)
+    return block(-left, -regular * f.u1_right[tile, last - 1], Lanes(), f.u1_constant[tile, last - 1] - u1)
 
 
 @wp.func
 def set_tension_rows(f: Filaments, tile: int, systems: Systems):
-    """Rows for λ: u1' − Ω u2 = K11 V at inner nodes; at an end λ of (D.61), or u1 = 0 next to a clamped one."""
+    """Rows for λ: u1' − Ω u2 = K11 V at inner nodes; at an end λ of (D.61), or u1 next to a clamped one."""
     last = f.geodesic.shape[1] - 1
     for i in range(last + 1):
         row = inner_row(f, tile, i)

@@ -44,7 +44,7 @@ def load_moment_at(f: Filaments, tile: int, i: int) -> Lanes:
     m = f.moment[tile, i]
     dm = derivative(f.moment, tile, i, f.spacing[tile])
     K = f.curvature[tile, i]
-    chi = dm[0] - K[0] * m[2] - f.geodesic[tile, i] * m[1] - f.drag[tile][2] * angular_velocity(f, tile, i)[0]
+    chi = dm[0] - K[0] * m[2] - f.geodesic[tile, i] * m[1] - f.drag[tile, i][2] * angular_velocity(f, tile, i)[0]
     return chi + couple_at(f, tile, i)[0]
 
 
@@ -59,7 +59,7 @@ def load_at(f: Filaments, normal_shear: Lanes2D, tile: int, i: int) -> Vector:
     chi = load_moment_at(f, tile, i)
     shear2 = -derivative(f.moment, tile, i, h)[2] - f.shear_term[tile, i]
     p = derivative(normal_shear, tile, i, h) + K[1] * shear2 + K[0] * f.tension[tile, i] + f.load[tile, i][2]
-    p -= f.drag[tile][1] * f.normal_velocity[tile, i]
+    p -= f.drag[tile, i][1] * f.normal_velocity[tile, i]
     return vector(-chi * K[1], -chi * K[2], p)
 
 

@@ -37,9 +37,9 @@ def in_frame(f: Filaments, values: Vectors2D, tile: int, i: int) -> Vector:
 @wp.func
 def add_outside(f: Filaments, tile: int):
     """Add forces to the load of the nodes, and find couples and flow in their frames."""
-    zeta = f.drag[tile]
-    drag = vector(zeta[0], zeta[1], zeta[1])
     for i in range(f.geodesic.shape[1]):
+        zeta = f.drag[tile, i]
+        drag = vector(zeta[0], zeta[1], zeta[1])
         F, C, w, roll = f.load[tile, i], Vector(), Vector(), Lanes()
         if f.outside.flowing == 1:
             w = in_frame(f, f.outside.velocity, tile, i)
@@ -87,6 +87,6 @@ def surplus_density(f: Filaments, tile: int, i: int, u: Vector, roll_rate: Lanes
     """ζ|u − w|² − ζ|u|² in a flow w, roll included, which is in the dissipation and in the power."""
     if f.exposed == 0:
         return Lanes()
-    zeta, w, roll = f.drag[tile], f.stream[tile, i], f.stream_roll[tile, i]
+    zeta, w, roll = f.drag[tile, i], f.stream[tile, i], f.stream_roll[tile, i]
     drag = by_component(vector(zeta[0], zeta[1], zeta[1]), w)
     return dot(drag, w - real(2.0) * u) + zeta[2] * roll * (roll - real(2.0) * roll_rate)

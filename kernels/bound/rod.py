@@ -20,6 +20,7 @@ from warp_rods.kernels.bound.membrane_motion import (
     rotational_drag_across,
     rotational_drag_along,
     shortening_rate,
+    turning_rate,
 )
 from warp_rods.kernels.bound.outside import add_outside, couple_across, couple_along, couple_at
 from warp_rods.kernels.bound.state import Filaments
@@ -78,13 +79,14 @@ def resistance(K: Vector, drag: Vector, contact: Vector) -> Vector:
 @wp.func
 def resistance_at(f: Filaments, tile: int, i: int) -> Vector:
     """(Z11, Z12, Z22) at node i."""
-    return resistance(f.curvature[tile, i], f.drag[tile], f.contact_drag[tile, i])
+    return resistance(f.curvature[tile, i], f.drag[tile, i], f.contact_drag[tile, i])
 
 
 @wp.func
 def half_resistance(f: Filaments, tile: int, i: int) -> Vector:
     """(Z11, Z12, Z22) at i + ½."""
-    return resistance(half_average(f.curvature, tile, i), f.drag[tile], half_average(f.contact_drag, tile, i))
+    K, drag = half_average(f.curvature, tile, i), half_average(f.drag, tile, i)
+    return resistance(K, drag, half_average(f.contact_drag, tile, i))
 
 
 @wp.func
@@ -172,18 +174,26 @@ def velocity_across_at(f: Filaments, tile: int, i: int) -> Lanes:
 
 
 @wp.func
+def clamped_geodesic_rate(f: Filaments, tile: int, i: int) -> Lanes:
+    """∂Ω/∂t at a clamped end, where u1 = u2 = 0 and u2' = K12 V, by a mirror node beyond it; 0 at a free end."""
+    if not is_clamped(f, i):
+        return Lanes()
+    h = f.spacing[tile]
+    inwards = wp.where(i == 0, 1, -1)
+    away = f.velocity_across[tile, i + inwards] - real(inwards) * h * turning_rate(f, tile, i)
+    return real(2.0) * away / (h * h) + membrane_geodesic_rate(f, tile, i)
+
+
+@wp.func
 def geodesic_rate_at(f: Filaments, tile: int, i: int) -> Lanes:
     """∂Ω/∂t = u2'' + (Ω² + 𝒦) u2 + Ω' (u1 + x dL/dt) (D.27), and ``membrane_geodesic_rate``.
 
-    Nodes have constant fractions x of the length L, so growth moves them along the material. A free end keeps Ω = σ3.
-    A clamped end has u2 = u2' = 0: u2 is even beyond it.
+    Nodes have constant fractions x of the length L, so growth moves them along the material. A free end has Ω = σ3.
     """
     last = f.geodesic.shape[1] - 1
     h = f.spacing[tile]
-    if i == 0:
-        return real(2 * f.start_clamped) * f.velocity_across[tile, 1] / (h * h)
-    if i == last:
-        return real(2 * f.end_clamped) * f.velocity_across[tile, last - 1] / (h * h)
+    if i == 0 or i == last:
+        return clamped_geodesic_rate(f, tile, i)
     growth = f.growth_rate[tile] * real(i - f.tracked) / real(last)
     geodesic = f.geodesic[tile, i]
     return (
@@ -233,7 +243,7 @@ def find_moments(f: Filaments, tile: int):
     """m and K11 m1 + K12 m2 at nodes."""
     for i in range(f.geodesic.shape[1]):
         K = f.curvature[tile, i]
-        m = by_component(f.stiffness[tile], strain_of(K, f.geodesic[tile, i]) - f.intrinsic[tile])
+        m = by_component(f.stiffness[tile, i], strain_of(K, f.geodesic[tile, i]) - f.intrinsic[tile, i])
         f.moment[tile, i] = m
         f.shear_term[tile, i] = K[0] * m[0] + K[1] * m[1]
         if f.exposed == 1:

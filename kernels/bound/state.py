@@ -18,9 +18,9 @@ class Filaments:
     """Parameters [tile], state [tile, node] and workspace of one ensemble, and what others share, [rod, node]."""
 
     spacing: Lanes1D  # Δs
-    stiffness: Vectors1D  # B: twist, normal bending, geodesic bending
-    intrinsic: Vectors1D  # σ
-    drag: Vectors1D  # ζ∥, ζ⊥, ζr
+    stiffness: Vectors  # B: twist, normal bending, geodesic bending [tile, node]
+    intrinsic: Vectors  # σ [tile, node]
+    drag: Vectors  # ζ∥, ζ⊥, ζr [tile, node]
     growth_rate: Lanes1D  # dL/dt
     start_clamped: int  # 1: the first node is clamped
     end_clamped: int  # 1: the last node is clamped

@@ -13,7 +13,7 @@ from warp_rods.kernels.bound.angles import (
 from warp_rods.kernels.bound.contact import contact_error, find_contact_velocity, set_contact_drag
 from warp_rods.kernels.bound.evaluation import evaluate
 from warp_rods.kernels.bound.levels import History, Plan, geodesic_at, turn_at
-from warp_rods.kernels.bound.rod import angular_velocity, find_loads, node_velocity
+from warp_rods.kernels.bound.rod import angular_velocity, find_loads, is_clamped, node_velocity
 from warp_rods.kernels.bound.state import Filaments, Systems
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     WIDTH,
@@ -56,17 +56,11 @@ SHORTEN_INVALID = wp.constant(real(0.25))
 
 
 @wp.func
-def find_new_geodesic(f: Filaments, past: History, systems: Systems, tile: int):
-    """From Ω* to Ω at the end of the step; returns the largest |Ω|, and Σ Ω.
-
-    Ω of a free end stays. To extrapolate it from step to step would amplify round-off as steps grow.
-    """
-    last = f.geodesic.shape[1] - 1
+def find_new_geodesic(f: Filaments, systems: Systems, tile: int):
+    """From Ω* to Ω at the end of the step; returns the largest |Ω|, and Σ Ω. A free end has Ω* = σ3 already."""
     largest, total = Lanes(), Lanes()
-    for i in range(last + 1):
+    for i in range(f.geodesic.shape[1]):
         geodesic = f.geodesic[tile, i] + geodesic_increment(f, systems.turn, tile, i)
-        if (i == 0 and f.start_clamped == 0) or (i == last and f.end_clamped == 0):
-            geodesic = past.now[tile, i]
         f.geodesic[tile, i] = geodesic
         largest = larger(largest, magnitude(geodesic))
         total += geodesic
@@ -195,12 +189,12 @@ def find_angle(f: Filaments, past: History, plan: Plan, systems: Systems, tile: 
 
 @wp.func
 def find_tracked_rates(f: Filaments, past: History, plan: Plan, systems: Systems, tile: int):
-    """Velocity, angular velocity and angle of the tracked node at the end of the step."""
+    """Velocity, angular velocity and angle of the tracked node at the end of the step; a clamp has no spin."""
     node = f.tracked
     u, omega = node_velocity(f, tile, node), angular_velocity(f, tile, node)
     increment = Lanes()
-    u2, omega0, omega1, omega2 = u[1], omega[0], omega[1], omega[2]
-    if f.start_clamped + f.end_clamped == 0:
+    u2, omega0, omega1, omega2 = u[1], omega[0], omega[1], Lanes()
+    if not is_clamped(f, node):
         increment = real(0.5) * (systems.turn[tile, node - 1] + systems.turn[tile, node])
         du2 = velocity_increment(systems.turn, systems.weights, tile, node)
         K = f.curvature[tile, node]
@@ -222,7 +216,7 @@ def find_tracked_rates(f: Filaments, past: History, plan: Plan, systems: Systems
 @wp.func
 def judge(f: Filaments, past: History, pace: Pace, plan: Plan, systems: Systems, tile: int):
     """The result of the step from the turn δα, whether it is valid, and its error."""
-    largest, total = find_new_geodesic(f, past, systems, tile)
+    largest, total = find_new_geodesic(f, systems, tile)
     h = f.spacing[tile]
     find_errors(f, past, pace, plan, tile)
     for lane in range(rods_in(tile, f.status.shape[0])):

@@ -37,35 +37,49 @@ def wave(rng, scale=1.0):
     return lambda x: np.cos(np.multiply.outer(x, [0.0, 1.5, 3.0, 4.5]) + phase) @ amplitude
 
 
-def filaments(kind, nodes, device, geodesic_curvature, force=0.0):
+def graded(values, x, seed):
+    """Values [rod, node, 3] that are those [rod, 3] times random waves between 0.6 and 1.4."""
+    rng = np.random.default_rng(seed)
+    number, phase = rng.uniform(1, 4, size=(2, 1, 3)), rng.uniform(0, 2 * np.pi, size=(2, 1, 3))
+    return values[:, None] * (1 + 0.4 * np.cos(number * x[:, None] + phase))
+
+
+def graded_parameters(x):
+    """B, σ, ζ [rod, node, 3] of the two rods at x in [−1, 1]."""
+    given = {"stiffness": STIFFNESS, "intrinsic": INTRINSIC, "drag": DRAG}
+    return {name: graded(values, x, seed) for seed, (name, values) in enumerate(given.items())}
+
+
+def filaments(kind, nodes, device, geodesic_curvature, force=0.0, **changed):
     """The two rods on the device with these Ω [rod, node] and force per length [rod, node, 3]."""
+    given = {"length": LENGTH, "stiffness": STIFFNESS, "intrinsic": INTRINSIC, "drag": DRAG}
     rods = BoundRods(
         surfaces.make(*OURS[kind]),
         MIDDLES[kind],
         DIRECTIONS,
         nodes=nodes,
-        length=LENGTH,
-        stiffness=STIFFNESS,
-        intrinsic=INTRINSIC,
-        drag=DRAG,
         geodesic_curvature=geodesic_curvature,
         device=device,
+        **(given | changed),
     )
     rods.force = force
     return rods
 
 
-def random_filaments(kind, nodes, device, seed=3):
-    """The two rods with random smooth Ω and force."""
+def random_filaments(kind, nodes, device, seed=3, along=False):
+    """The two rods with random smooth Ω and force; ``along``: and with parameters that change along them."""
     rng = np.random.default_rng(seed)
     x = np.linspace(-1, 1, nodes)
     turn = np.stack([wave(rng)(x) for _ in LENGTH])
     force = np.stack([np.stack([wave(rng)(x) for _ in range(3)], -1) for _ in LENGTH])
-    return filaments(kind, nodes, device, turn, force)
+    return filaments(kind, nodes, device, turn, force, **(graded_parameters(x) if along else {}))
 
 
-def twin_rod(kind, rod, nodes):
-    """Parameters of one of the two rods for the NumPy version."""
+def twin_rod(kind, rod, nodes, along=False):
+    """Parameters of one of the two rods for the NumPy version; ``along``: those that change along them."""
+    if along:
+        values = graded_parameters(np.linspace(-1, 1, nodes))
+        return Rod(TWINS[kind], LENGTH[rod] / (nodes - 1), *(values[name][rod] for name in values))
     return Rod(TWINS[kind], LENGTH[rod] / (nodes - 1), STIFFNESS[rod], INTRINSIC[rod], DRAG[rod])
 
 

@@ -66,7 +66,11 @@ BASES: tuple[dict[str, Any], ...] = (
     {"cosserat": [SPRINGS | FULL_SPRINGS], "time": TIME | {"step": 1e-2}},
     {
         "surface": {"kind": "cylinder", "radius": 1.0, "length": 6.0},
-        "filaments": [FILAMENTS], "swimmers": [CELLS], "time": TIME,
+        "filaments": [
+            FILAMENTS
+            | {"intrinsic": [[0.0, "s - t", {"nodes": [0.1] * 17}], [0, 0, 0]], "stiffness": [1.0, "2 + s", 1.0]}
+        ],
+        "swimmers": [CELLS], "time": TIME,
     },
     {
         "swimmers": [CELLS | {"couple": "1e-3*s"}], "time": TIME, "gravity": {"force": [0.0, 0.0, -1.0]},

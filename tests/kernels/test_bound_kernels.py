@@ -29,6 +29,8 @@ from warp_rods.rods.tiles import Tiled
 
 NODES = 33
 KINDS = ("torus", "cassini")
+ALL = (*((kind,) for kind in KINDS), *((kind, "graded") for kind in KINDS))
+"""Uniform rods, and rods whose parameters change along them."""
 ROUND_OFF = 1e-13
 SOLVED = 1e-12
 """Round-off, relative to the largest value, of a field that follows from a banded system or from differences in s."""
@@ -39,12 +41,13 @@ def close(ours, theirs, tolerance):
     assert np.abs(ours - theirs).max() <= tolerance * np.abs(theirs).max()
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(params=ALL, ids=" ".join)
 def evaluated(request, device):
     """Rods in a random state with their velocities, and the parameters, state and motion of the twin of each."""
-    rods = random_filaments(request.param, NODES, device)
+    kind, along = request.param[0], len(request.param) > 1
+    rods = random_filaments(kind, NODES, device, along=along)
     rods.evaluate()
-    cases = [(twin_rod(request.param, b, NODES), twin_state(rods, b)) for b in range(rods.count)]
+    cases = [(twin_rod(kind, b, NODES, along), twin_state(rods, b)) for b in range(rods.count)]
     return rods, [(rod, state, twin.evaluate(rod, state, f)) for (rod, state), f in zip(cases, rods.force, strict=True)]
 
 
@@ -64,7 +67,7 @@ def test_geodesic_rate_agrees_with_twin(evaluated, request, verified):
     rods, twins = evaluated
     ours = read(rods, "geodesic_rate")
     errors = [np.abs(ours[b] - motion.rate).max() / np.abs(motion.rate).max() for b, (_, _, motion) in enumerate(twins)]
-    kind = request.node.callspec.params["evaluated"]
+    kind = " ".join(request.node.callspec.params["evaluated"])
     verified.below(
         "independent", f"filaments on {kind}: ∂tΩ, relative", measured=errors, bound=SOLVED,
         reference="the same equations in NumPy (tests/reference/bound.py), symbolic surface",
@@ -136,11 +139,12 @@ def apart(ours, theirs):
     ]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_steps_agree_with_twin(kind, device, verified):
+@pytest.mark.parametrize("case", [*ALL[:2], ALL[2]], ids=" ".join)
+def test_steps_agree_with_twin(case, device, verified):
     """The first step of first order, then steps of second order that grow, are equal, and change."""
-    rods = random_filaments(kind, NODES, device)
-    cases = [twin_rod(kind, b, NODES) for b in range(rods.count)]
+    kind, along = case[0], len(case) > 1
+    rods = random_filaments(kind, NODES, device, along=along)
+    cases = [twin_rod(kind, b, NODES, along) for b in range(rods.count)]
     pasts = [start(rod, twin_state(rods, b)) for b, rod in enumerate(cases)]
     force, errors = rods.force.copy(), []
     for dt in (*lengths_of_steps(rods, 1e-3, 2), 1.7e-3, 6e-4, 6e-4):
@@ -151,8 +155,8 @@ def test_steps_agree_with_twin(kind, device, verified):
             errors += apart(twin_state(rods, b), state_of(rod, pasts[b]))
     assert not rods.status.any()
     verified.below(
-        "independent", f"filaments on {kind}: Ω, frames and places over steps that change, relative", measured=errors,
-        bound=1e-11, reference="the same steps in NumPy",
+        "independent", f"filaments on {' '.join(case)}: Ω, frames and places over steps that change, relative",
+        measured=errors, bound=1e-11, reference="the same steps in NumPy",
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from reference.symbolic_surface import SymbolicSurface
 
 @dataclass
 class Rod:
-    """Constant parameters: surface, Δs, B, σ, ζ."""
+    """Parameters: surface, Δs; B, σ, ζ [3] or [node, 3]."""
 
     surface: SymbolicSurface
     spacing: float
@@ -118,7 +118,13 @@ def body(state, vectors):
 
 def resistance(K, drag):
     """Z11, Z12, Z22."""
-    return drag[0] + drag[2] * K[:, 1] ** 2, drag[2] * K[:, 1] * K[:, 2], drag[1] + drag[2] * K[:, 2] ** 2
+    along, across, turn = np.moveaxis(drag, -1, 0)
+    return along + turn * K[:, 1] ** 2, turn * K[:, 1] * K[:, 2], across + turn * K[:, 2] ** 2
+
+
+def at_half_nodes(values):
+    """Values [half node, 3] of a parameter [node, 3]; one that is uniform as it is."""
+    return middle(values) if np.ndim(values) == 2 else values
 
 
 def at_nodes(geodesic, h):
@@ -142,7 +148,7 @@ def balance(rod, K, geodesic, Y1, Y2, end_tensions):
     change = diags_array([-1 / h, 1 / h], offsets=[0, 1], shape=(nodes - 1, nodes))
     inner = eye_array(nodes).tocsr()[1:-1]
     ends = eye_array(nodes).tocsr()[[0, -1]]
-    X11, X12, X22 = (diags_array(z) for z in resistance(middle(K), rod.drag))
+    X11, X12, X22 = (diags_array(z) for z in resistance(middle(K), at_half_nodes(rod.drag)))
     _, Z12, Z22 = (diags_array(z) for z in resistance(K, rod.drag))
     from_half, from_node = at_nodes(geodesic, h)
     stretch = diags_array([-1 / h, 1 / h], offsets=[0, 1], shape=(nodes - 2, nodes - 1))
@@ -196,14 +202,14 @@ def energy_density(rod, state, motion):
 def dissipation(rod, motion):
     """∫ ζ∥ u1² + ζ⊥ u2² + ζr ω0² ds."""
     u = np.stack([motion.velocity[:, 0], motion.velocity[:, 1], motion.spin[:, 0]], -1)
-    return total(u**2 @ rod.drag, rod.spacing)
+    return total(np.sum(u**2 * rod.drag, -1), rod.spacing)
 
 
 def membrane_load(rod, state, motion, force):
     """ν e3 + χ Rᵀ∇nR e2 of (5.31), (5.32), in space [node, 3]: the load of the filament on the membrane."""
     h, K, m = rod.spacing, motion.curvature, motion.moment
     turns, dm = strain(K, state.geodesic), slope(m, h)
-    chi = (dm + np.cross(turns, m))[:, 0] - rod.drag[2] * motion.spin[:, 0]
+    chi = (dm + np.cross(turns, m))[:, 0] - rod.drag[..., 2] * motion.spin[:, 0]
     inner = internal_force(turns, m, dm, motion.tension)
     nu = (slope(inner, h) + np.cross(turns, inner) + body(state, force))[:, 2]
     return np.einsum("nij,nj->ni", state.rotation, np.stack([-chi * K[:, 1], -chi * K[:, 2], nu], -1))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.bound import State, evaluate, middle, resistance, strain
+from reference.bound import State, at_half_nodes, evaluate, middle, resistance, strain
 from reference.free import lagrange
 from reference.free_motion import screw
 from reference.lie import frame_matrix, hat
@@ -83,18 +83,19 @@ def moved(rod, past, weights, theta, mu, turn):
 
 
 def angle_operators(rod, K):
-    """Matrices from δα at half nodes to δΩ and to δu2 at nodes: Z22 δu2 = −B3 δΩ'' + (e″ δα)'; both ends free."""
+    """Matrices from δα at half nodes to δΩ and to δu2 at nodes: Z22 δu2 = −(B3 δΩ)'' + (e″ δα)'; both ends free."""
     nodes, h = len(K), rod.spacing
     to_nodes = np.zeros((nodes, nodes - 1))
     to_nodes[1:-1] = np.diff(np.eye(nodes - 1), axis=0) / h
     second = np.zeros((nodes, nodes))
     second[1:-1] = np.diff(np.eye(nodes), 2, axis=0)
     second[0, 1] = second[-1, -2] = 2
-    half = middle(K)
-    stiffness = rod.stiffness[0] * (half[:, 2] - half[:, 0]) ** 2 + 4 * rod.stiffness[1] * half[:, 1] ** 2
+    half, B = middle(K), at_half_nodes(rod.stiffness)
+    stiffness = B[..., 0] * (half[:, 2] - half[:, 0]) ** 2 + 4 * B[..., 1] * half[:, 1] ** 2
+    bending = np.broadcast_to(rod.stiffness, (nodes, 3))[:, 2:] * to_nodes
     torque = to_nodes.copy()
     torque[0, :2], torque[-1, -2:] = [1 / h, 1 / h], [-1 / h, -1 / h]
-    velocity = -rod.stiffness[2] * second @ to_nodes / h**2 + torque * stiffness
+    velocity = -second @ bending / h**2 + torque * stiffness
     return to_nodes, velocity / resistance(K, rod.drag)[2][:, None]
 
 

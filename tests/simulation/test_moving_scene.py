@@ -108,9 +108,12 @@ def test_impossible_motion_is_refused(radius, said):
     assert said in str(error.value)
 
 
-def test_a_clamped_end_on_a_moving_membrane_is_refused():
-    with pytest.raises(SceneError, match=r"filaments\[0\]\.ends: must be free on a moving membrane"):
-        Simulation(scene(end="clamped"), "cpu")
+def test_two_clamped_ends_on_a_moving_membrane_are_refused():
+    tables = scene(end="clamped").to_toml().replace('"free"]', '"clamped"]')
+    with pytest.raises(
+        SceneError, match=r'filaments\[0\]\.ends = \["clamped", "clamped"\]: a filament keeps its length'
+    ):
+        Simulation(Scene.parse(tables), "cpu")
 
 
 def test_defaults_and_line_breaks_are_allowed_in_moving_surfaces():

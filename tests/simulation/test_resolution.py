@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -277,8 +276,7 @@ def test_the_orientation_stiffness_of_many_filaments_is_the_largest_of_all(seed)
     rng = np.random.default_rng(seed)
     principal = np.sort(rng.normal(size=(40, 2)), axis=1) * rng.choice([0, 1e-3, 1, 10])
     stiffness, intrinsic = np.exp(rng.normal(size=(30, 3)) * (seed % 2)), rng.normal(size=(30, 3)) * (seed % 3)
-    table = SimpleNamespace(stiffness=stiffness.tolist(), intrinsic=intrinsic.tolist(), count=30)
     each = zip(stiffness, intrinsic, strict=True)
     largest = max(criteria._orientation_stiffness(principal, B, s) / B[2] for B, s in each)
-    found = criteria._turning(table, principal)
+    found = criteria._turning(principal, stiffness[:, None], intrinsic[:, None])
     assert [c.spacing for c in found] == ([pytest.approx(largest**-0.5, rel=1e-12)] if largest > 0 else [])

@@ -93,10 +93,10 @@ class _Dual(NamedTuple):
     rate: float
 
 
-def rate(text: str, time: float) -> float:
-    """The exact time derivative of a formula in t at this time; raises FormulaError where it is not finite."""
+def rate(text: str, time: float, **constants: float) -> float:
+    """The exact time derivative of a formula in t, and in ``constants``; raises FormulaError where it is not finite."""
     tree = formula.syntax_tree(text.strip(), formula.ALLOWED_IN_TIME)
-    found = _RateReader({"t": _Dual(float(time), 1.0)}, formula.ALLOWED_IN_TIME).read(tree)
+    found = _RateReader({"t": _Dual(float(time), 1.0), **constants}, formula.ALLOWED_IN_TIME).read(tree)
     return found.rate if isinstance(found, _Dual) else 0.0
 
 

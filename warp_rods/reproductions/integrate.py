@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.errors import RodFailure
-from warp_rods.rods.variables import ARC, STATIC
+from warp_rods.rods.variables import ARC, static_variable
 
 SWIMMING = ("position", "strain", "activity", "status")
 """Variables from which speeds, mode coefficients and classes of motion are computed."""
@@ -35,6 +35,10 @@ def integrate(
         rod, when, what = failures[0]
         raise RodFailure(f"{len(failures)} rods failed; rod {rod} {what} at t = {when:.4g}: {rods.parameters(rod)}")
     data: dict[str, Any] = {name: (rods.saved[name].dims, np.array(column)) for name, column in frames.items()}
-    data |= {name: (STATIC[name].dims, value) for name, value in rods.static().items() if name not in data}
+    data |= {
+        name: (static_variable(name, value.ndim).dims, value)
+        for name, value in rods.static().items()
+        if name not in data
+    }
     s = np.linspace(-0.5, 0.5, next((v[1].shape[2] for v in data.values() if "node" in v[0]), rods.nodes))
     return xr.Dataset(data, coords={"time": ("frame", np.asarray(times)), "s": (ARC.dims, s)})

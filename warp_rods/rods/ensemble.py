@@ -46,6 +46,7 @@ FOR_THE_LOOP = frozenset(
             "natural_time",
             "gather",
             "has_own_steps",
+            "changes_in_time",
             "step_tolerance",
             "take_own_steps",
             "bring_together",
@@ -229,6 +230,11 @@ class Ensemble(Readings):
             self.take_own_steps(time, self.step_tolerance * tolerance)
         self._clock.reached = np.inf
         self.show_at(time)
+
+    @property
+    def changes_in_time(self) -> bool:
+        """Whether parameters of the rods change in time."""
+        return False
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; where ``has_own_steps``."""

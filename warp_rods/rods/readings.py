@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Readings(metaclass=Documented):
     ``status`` is 0, as the measures of a trajectory do.
     """
 
-    saved: ClassVar[Mapping[str, Variable]]
+    saved: Mapping[str, Variable]
     """The variables of a frame by name, those of contact included; ``variables`` returns the others."""
 
     @abstractmethod

@@ -97,6 +97,19 @@ STATIC = {
     ),
 }
 """Arrays that a group may hold and that do not change with time."""
+
+
+def static_variable(name: str, ndim: int) -> Variable:
+    """A row of ``STATIC``, with nodes where the values [rod, node, …] change along the rods."""
+    row = STATIC[name]
+    return row if ndim == len(row.dims) else replace(row, dims=("rod", "node", *row.dims[1:]))
+
+
+def along_in_time(name: str) -> Variable:
+    """A row of ``STATIC`` as a variable of each frame, along the rods."""
+    return replace(STATIC[name], dims=("frame", "rod", "node", *STATIC[name].dims[1:]))
+
+
 ARC = Variable(("node",), "float64", "1", "arc length over rod length, from the middle", "")
 
 _EVERY_ROD = {

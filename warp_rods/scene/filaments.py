@@ -11,6 +11,7 @@ from pydantic import Field
 
 from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.components import OR_COMPONENTS, DragAlong, StiffnessAlong, StrainsAlong
 from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
 from warp_rods.scene.per_rod import (
     OR_EACH,
@@ -95,7 +96,7 @@ class GrowthTable(Table):
         return found
 
 
-def _rows(values: tuple) -> tuple[tuple[float, ...], ...]:
+def _rows(values: tuple) -> tuple[tuple[Any, ...], ...]:
     """The lists of numbers, of which there may be one for each rod."""
     return values if values and is_list(values[0]) else (values,)
 
@@ -114,15 +115,13 @@ class FilamentsTable(EnsembleTable):
         description='a whole number, 9 or more, at most 100 000, or "auto"'
     )
     length: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
-    stiffness: EachVector[tuple[Positive, Positive, Positive]] = Field(
-        description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_EACH
+    stiffness: StiffnessAlong = Field(
+        description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_COMPONENTS
     )
-    intrinsic: EachVector[Vector] = Field(
-        default=(0.0, 0.0, 0.0), description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_EACH
+    intrinsic: StrainsAlong = Field(
+        default=(0.0, 0.0, 0.0), description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_COMPONENTS
     )
-    drag: EachVector[tuple[Positive, Positive, ZeroOrMore]] = Field(
-        description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_EACH
-    )
+    drag: DragAlong = Field(description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_COMPONENTS)
     ends: tuple[Literal["free", "clamped"], Literal["free", "clamped"]] = Field(
         default=("free", "free"), description='a pair such as ["free", "free"], each "free" or "clamped"'
     )
@@ -164,6 +163,7 @@ class FilamentsTable(EnsembleTable):
             ),
             *_node_faults(raw, good),
             *_stiffness_faults(good),
+            *_along_faults(good),
             *_tip_faults(raw, good),
             *_body_faults(good),
             *_start_faults(raw, good),
@@ -174,10 +174,33 @@ class FilamentsTable(EnsembleTable):
 def _stiffness_faults(good: dict[str, Any]) -> Faults:
     """Stiffnesses so different that round-off of the larger hides the smaller, and no step is short enough."""
     for row in _rows(good.get("stiffness", ())):
-        if row and max(row) > MOST_STIFFER * min(row):
-            text = f" = {shown(row)}: one is {max(row) / min(row):.3g} times another; at most {MOST_STIFFER:g} times"
+        numbers = [n for part in row for n in _numbers(part)]
+        if numbers and max(numbers) > MOST_STIFFER * min(numbers):
+            ratio = max(numbers) / min(numbers)
+            text = f" = {shown(row)}: one is {ratio:.3g} times another; at most {MOST_STIFFER:g} times"
             return [fault(("stiffness",), row, text)]
     return []
+
+
+def _numbers(component: Any) -> tuple[float, ...]:
+    """The numbers of a component, as given: a number, a formula, or a table { nodes }."""
+    if isinstance(component, dict):
+        return component["nodes"]
+    return () if isinstance(component, str) else (component,)
+
+
+def _along_faults(good: dict[str, Any]) -> Faults:
+    """Components that are given at nodes, but not at all."""
+    nodes, found = good.get("nodes"), []
+    for name in ("stiffness", "intrinsic", "drag"):
+        given = {len(part["nodes"]) for row in _rows(good.get(name, ())) for part in row if isinstance(part, dict)}
+        if nodes == AUTO and given:
+            text = f': values at nodes need their number in place of nodes = "{AUTO}"'
+            found.append(fault((name,), good[name], text))
+        elif nodes is not None and given - {nodes}:
+            count = min(given - {nodes})
+            found.append(fault((name,), good[name], f": has {count} values at nodes; needs one for each of {nodes}"))
+    return found
 
 
 def _tip_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:

@@ -13,18 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_rods import arguments
-from warp_rods.rods.free.along import Along, at_nodes
+from warp_rods.rods.along import Along, at_nodes
+from warp_rods.rods.bound.along import Components
+from warp_rods.rods.bound.checks import RULES
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
 from warp_rods.rods.per_rod import along, each_rod
 from warp_rods.scene.along import AtNodes, given_along
+from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
 from warp_rods.scene.shapes import ShapeTable
 from warp_rods.scene.swimmers import NaturalBend, SwimmersTable
 from warp_rods.scene.tables import Steric
-from warp_rods.simulation.samples import Sample
+from warp_rods.simulation.samples import TIMES, Sample
 
 BENDS, WAVES = 0.5, 0.18
 """Largest spacing for a swimmer that swims steadily, and for one that waves, in units of (β⊥/η)^(1/3)."""
@@ -50,10 +53,12 @@ FEWEST_CELLS = 16
 """Cells of a filament on a membrane, however flat."""
 LARGEST_ANGLE = 0.25
 """Bending of a filament in radians per cell."""
-VARIES = 0.1
-"""Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
 SAMPLES = 257
 """Places along a rod at which values along it are looked at."""
+LEAST_WAVE = 1e-6
+"""Second derivatives along a rod below this part of the values, over its length, are regarded as round-off."""
+VARIES = 0.1
+"""Largest spacing of a filament in units of √(κ/κ''), the length over which the curvature of the membrane varies."""
 ANGLES = 72
 """Orientations in the tangent plane at which the energy is evaluated."""
 ROWS_AT_ONCE = 500
@@ -91,16 +96,17 @@ def criteria_of_swimmers(table: SwimmersTable, steric: Steric | None, bent: floa
 
 
 def criteria_of_filaments(
-    table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None, bent: float = 0.0
+    table: FilamentsTable, samples: Sequence[Sample], steric: Steric | None, bent: float = 0.0, end: float = 0.0
 ) -> list[Criterion]:
-    """What the nodes of filaments must resolve on a membrane, which is given by samples of it.
+    """What the nodes of filaments must resolve on a membrane, given by samples of it, until the time ``end``.
 
     bent: the largest geodesic curvature of a start that is from a file.
     """
     principal = np.concatenate([sample.principal for sample in samples])
+    stiffness, intrinsic = (_components(table, name, end) for name in ("stiffness", "intrinsic"))
     few = Criterion(f"a filament has {FEWEST_CELLS} cells or more", cells=FEWEST_CELLS)
-    found = [few, *_angles(table, principal), *_variation(samples), *_turning(table, principal)]
-    found += [*_bent_start(bent, LARGEST_ANGLE), *_contact(steric)]
+    found = [few, *_angles(table, principal, intrinsic), *_variation(samples), *_waves(stiffness, intrinsic)]
+    found += [*_turning(principal, stiffness, intrinsic), *_bent_start(bent, LARGEST_ANGLE), *_contact(steric)]
     if table.growth is not None and table.growth.spacing is not None:
         found.append(Criterion("nodes are at most growth.spacing apart at the start", table.growth.spacing))
     return found
@@ -237,12 +243,39 @@ def _bent_start(curvature: float, angle: float) -> list[Criterion]:
 # --- filaments --------------------------------------------------------------------------------------------------------
 
 
-def _angles(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
+def _components(table: FilamentsTable, name: str, end: float) -> np.ndarray:
+    """Values of a parameter [rod, sample, component] along filaments, at several times; or [rod, 1, 3]."""
+    given = getattr(table, name)
+    if numbers_of(given):
+        return each_rod(given, table.count, 3)[:, None]
+    nodes = next((len(p) for row in rows_of(given) for p in row if isinstance(p, list)), SAMPLES)
+    found = Components(name, rows_of(given), table.count, nodes, RULES[name])
+    times = np.linspace(0.0, end, TIMES) if found.varies else np.zeros(1)
+    return np.concatenate([found.at(time, nodes) for time in times])
+
+
+def _waves(*parameters: np.ndarray) -> list[Criterion]:
+    """Stiffness and intrinsic strains that change along filaments [rod, sample, component]."""
+    length = math.inf
+    for values in parameters:
+        if values.shape[1] < 3:
+            continue
+        size = np.abs(values).max(axis=(0, 1))
+        bent = np.abs(np.diff(values, 2, axis=1)).max(axis=(0, 1)) * (values.shape[1] - 1) ** 2
+        seen = bent > size * LEAST_WAVE
+        length = min(length, float(np.sqrt(size[seen] / bent[seen]).min(initial=math.inf)))
+    if math.isinf(length):
+        return []
+    reason = f"stiffness or intrinsic strains vary over {length:.3g} of the length: {VARIES:g} of it a cell at most"
+    return [Criterion(reason, cells=math.ceil(1 / (VARIES * length)))]
+
+
+def _angles(table: FilamentsTable, principal: np.ndarray, intrinsic: np.ndarray) -> list[Criterion]:
     """The membrane bends the filament, and its intrinsic strains do, and a start that is curved."""
     placed = table.placement
     start = 0.0 if placed is None or isinstance(placed, str) else _largest_geodesic(placed.geodesic_curvature)
-    membrane, intrinsic = float(np.abs(principal).max(initial=0.0)), float(np.abs(table.intrinsic).max())
-    words = {"curvatures of the membrane": membrane, "intrinsic strains": intrinsic, "curvatures at the start": start}
+    membrane, natural = float(np.abs(principal).max(initial=0.0)), float(np.abs(intrinsic).max())
+    words = {"curvatures of the membrane": membrane, "intrinsic strains": natural, "curvatures at the start": start}
     what, largest = max(words.items(), key=lambda item: item[1])
     if largest == 0:
         return []
@@ -273,10 +306,9 @@ def _largest(values: float | Sequence) -> float:
     return abs(float(values)) if isinstance(values, (int, float)) else max(map(_largest, values), default=0.0)
 
 
-def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
+def _turning(principal: np.ndarray, stiffness: np.ndarray, intrinsic: np.ndarray) -> list[Criterion]:
     """Normal bending and twist turn a filament in the membrane, with e'' per angle; B3 spreads this over √(B3/e'')."""
-    each = [each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic")]
-    rows = np.unique(np.column_stack(each), axis=0)
+    rows = np.unique(_pairs(stiffness, intrinsic), axis=0)
     parts = np.array_split(rows, -(-len(rows) // ROWS_AT_ONCE))
     highest = np.concatenate([_bounds_of_turning(principal, part)[1].max(axis=1) / part[:, 2] for part in parts])
     shortest, found = math.inf, 0.0
@@ -295,6 +327,16 @@ def _turning(table: FilamentsTable, principal: np.ndarray) -> list[Criterion]:
         f"stiffness e'' = {found:.3g}"
     )
     return [Criterion(reason, TURNS * shortest)]
+
+
+def _pairs(stiffness: np.ndarray, intrinsic: np.ndarray) -> np.ndarray:
+    """Rows (B, σ) [row, 6]: those of each rod and sample, at all times if one of the two changes."""
+    if stiffness.shape[:2] != intrinsic.shape[:2]:  # extremes in place of what belongs together
+        extremes = [np.stack([v.min(axis=(0, 1)), v.max(axis=(0, 1))]) for v in (stiffness, intrinsic)]
+        stiff = stiffness.reshape(-1, 3) if stiffness.shape[1] == 1 else extremes[0]
+        rest = intrinsic.reshape(-1, 3) if intrinsic.shape[1] == 1 else extremes[1]
+        return np.array([[*b, *s] for b in np.unique(stiff, axis=0) for s in np.unique(rest, axis=0)])
+    return np.concatenate([stiffness, intrinsic], axis=-1).reshape(-1, 6)
 
 
 def _bounds_of_turning(principal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,9 +13,11 @@ from warp_rods.membranes import sampling as placement
 from warp_rods.membranes.built_in import SPARE
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.centre_lines import centre_lines
+from warp_rods.rods.bound.checks import along_rods
 from warp_rods.rods.bound.rods import BoundRods
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.rods.status import Status
+from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.simulation.criteria import criteria_of_filaments
 from warp_rods.simulation.resolution import Resolution, largest_length, resolution
@@ -43,7 +45,7 @@ def nodes_of(layout: Layout, table: FilamentsTable) -> Resolution:
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
     samples = samples_of(surface, end, part_of(surface, table.bodies))
-    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric, bent))
+    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric, bent, end))
 
 
 def _with_length(layout: Layout, table: FilamentsTable) -> FilamentsTable:
@@ -90,9 +92,26 @@ def _refuse_lost(rods: BoundRods, key: str) -> None:
 
 
 def _parameters(table: FilamentsTable) -> dict[str, Any]:
-    """Length [rod], and stiffness, intrinsic strains and drag [rod, 3]."""
-    threes = {name: each_rod(getattr(table, name), table.count, 3) for name in ("stiffness", "intrinsic", "drag")}
+    """Length [rod], and stiffness, intrinsic strains and drag as ``BoundRods`` takes them."""
+    threes = {name: _along(getattr(table, name), table.count) for name in ("stiffness", "intrinsic", "drag")}
     return {"length": each_rod(table.known_length, table.count), **threes}
+
+
+def _along(value: Any, count: int) -> Any:
+    """Three components of the rods."""
+    if numbers_of(value):
+        return each_rod(value, count, 3)
+    rows = rows_of(value)
+    return rows if len(rows) == count else rows[0]
+
+
+def _at_start(table: FilamentsTable) -> dict[str, np.ndarray]:
+    """The same as values [rod] and [rod, 3] or [rod, node, 3] at t = 0."""
+    given = _parameters(table)
+    length = given.pop("length")
+    nodes = table.node_count
+    found = along_rods(given, table.count, nodes, grows=False)
+    return {"length": length, **{k: p.at(0.0, nodes) if p.varies else p.values for k, p in found.items()}}
 
 
 def _growth_of(growth: GrowthTable, count: int) -> dict[str, Any]:
@@ -138,7 +157,7 @@ def _random(layout: Layout, table: FilamentsTable, part: placement.Part | None) 
     surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
     assert surface is not None
     has_end = bool(np.isfinite(ends_of(surface)).all())
-    parameters, clamped = _parameters(table), (table.ends[0] == "clamped", table.ends[1] == "clamped")
+    parameters, clamped = _at_start(table), (table.ends[0] == "clamped", table.ends[1] == "clamped")
 
     def drawn(count: int) -> Poses:
         position = placement.uniform_points(surface, count, rng, part)

@@ -60,11 +60,14 @@ class Simulation(metaclass=Documented):
         """The membrane and the container of its box, None where there is none."""
         self.starts = laid_out.starts
         """Shapes of rods that are from files, by the name of the ensemble."""
-        self._membrane_moves = laid_out.surface is not None and laid_out.surface.moving
+        outside = scene.flow or scene.gravity or scene.forces
+        membrane_moves = laid_out.surface is not None and laid_out.surface.moving
+        changing = any(e.changes_in_time for e in self.ensembles.values())
+        self._driven = bool(outside) or membrane_moves or changing
         self._surroundings = Surroundings(scene, self.ensembles, self.device, laid_out.container)
         self._surroundings.keep()
         self.together = Together(list(self.ensembles.values()), self._surroundings)
-        if self._membrane_moves:  # its motion must not pass unseen
+        if self._driven:  # what changes in time must not pass unseen
             self.together.longest = scene.time.save_every
         self.warnings = laid_out.warnings
         self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
@@ -274,7 +277,7 @@ class Simulation(metaclass=Documented):
         self._surroundings.apply()
         energies = self._surroundings.energies()
         found = {name: ensemble.variables() | energies[name] for name, ensemble in self.ensembles.items()}
-        if not (self._membrane_moves or self.scene.flow or self.scene.gravity or self.scene.forces):
+        if not self._driven:
             self._new_warnings += self._energy.check(self.time, found)
         self._new_warnings += self._end.check(self.time, found)
         if not self.by_error:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.rods.variables import STATIC
+from warp_rods.rods.variables import static_variable
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.begun import Begun
 from warp_rods.simulation.checkpoint import State, read_checkpoint
@@ -64,7 +64,7 @@ def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
             e.count,
             e.nodes,
             chosen(output, e.saved),
-            {k: (STATIC[k], v) for k, v in (e.static() | space).items()},
+            {k: (static_variable(k, v.ndim), v) for k, v in (e.static() | space).items()},
             output.frames_per_file if output else None,
         )
         for name, e in simulation.ensembles.items()

@@ -7,7 +7,7 @@ end terms (D.58). The motion moves the middle frame and changes Ω by (D.27), so
 
 import numpy as np
 import pytest
-from examples.bound import INTRINSIC, LENGTH, STIFFNESS, TWINS, start_frame, trace, wave
+from examples.bound import INTRINSIC, LENGTH, STIFFNESS, TWINS, graded_parameters, start_frame, trace, wave
 from numpy.polynomial import Chebyshev, chebyshev
 from reference import bound as twin
 
@@ -39,21 +39,25 @@ def random_points(rng):
     return wave(rng)(X)
 
 
-def parameters(rod):
-    """Parameters of a rod for the twin; spacing and drag are not used."""
-    return twin.Rod(None, np.nan, STIFFNESS[rod], INTRINSIC[rod], np.full(3, np.nan))
+def parameters(rod, along):
+    """Parameters of a rod for the twin; spacing and drag are not used. along: whether they change along the rod."""
+    B, sigma = STIFFNESS[rod], INTRINSIC[rod]
+    if along:
+        B, sigma = (graded_parameters(X)[name][rod] for name in ("stiffness", "intrinsic"))
+    return twin.Rod(None, np.nan, B, sigma, np.full(3, np.nan))
 
 
 class Curve:
     """A filament given by Ω at the points X and by the frame of its middle."""
 
-    def __init__(self, kind, rod, geodesic, r, q):
-        self.half, self.geodesic = LENGTH[rod] / 2, geodesic
+    def __init__(self, kind, rod, geodesic, r, q, along):
+        self.half, self.geodesic, self.along = LENGTH[rod] / 2, geodesic, along
         turn, surface = Chebyshev(coefficients(geodesic)), TWINS[kind]
         self.position, self.tangent = trace(surface, lambda s: turn(s / self.half), r, q, self.half * X)
         self.K = surface.curvature(self.position, self.tangent)
-        self.moment = twin.moments(parameters(rod), self.K, geodesic)
-        density = self.moment**2 / STIFFNESS[rod] / 2
+        values = parameters(rod, along)
+        self.moment = twin.moments(values, self.K, geodesic)
+        density = self.moment**2 / values.stiffness / 2
         self.energy = antiderivative(density.sum(-1), self.half)[-1]
 
 
@@ -78,7 +82,7 @@ def moved(kind, rod, curve, velocities, t):
     for _ in range(4):
         x = surface.newton(x)
     tangent = surface.frame(x, q + t * (omega2[MIDDLE] * q1 - omega1 * n))[:, 0]
-    return Curve(kind, rod, curve.geodesic + t * rate, x, tangent)
+    return Curve(kind, rod, curve.geodesic + t * rate, x, tangent, curve.along)
 
 
 def energy_rate(kind, rod, curve, velocities):
@@ -101,9 +105,10 @@ def virtual_power(curve, velocities, tension):
 
 @pytest.mark.parametrize("kind", TWINS)
 @pytest.mark.parametrize("rod", range(len(LENGTH)))
-def test_forces_are_minus_the_energy_gradient(kind, rod, verified):
-    rng = np.random.default_rng(11 + rod)
-    curve = Curve(kind, rod, random_points(rng), *start_frame(kind, rod))
+@pytest.mark.parametrize("along", [False, True], ids=["uniform", "graded"])
+def test_forces_are_minus_the_energy_gradient(kind, rod, along, verified):
+    rng = np.random.default_rng(11 + rod + 30 * along)
+    curve = Curve(kind, rod, random_points(rng), *start_frame(kind, rod), along)
     powers, rates = [], []
     for _ in range(2):
         velocities = motion(curve, rng)
@@ -111,6 +116,7 @@ def test_forces_are_minus_the_energy_gradient(kind, rod, verified):
         powers.append(virtual_power(curve, velocities, random_points(rng)))
     assert np.abs(rates).min() > 0.1
     verified(
-        "conservation", f"filament {rod} on {kind}: virtual power of forces and end conditions, two motions",
+        "conservation",
+        f"{'graded ' * along}filament {rod} on {kind}: virtual power of forces and end conditions, two motions",
         measured=powers, expected=rates, relative=ACCURACY, reference="dE/dt by differences of fourth order; (D.58)",
     )  # fmt: skip

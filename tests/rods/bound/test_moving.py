@@ -9,7 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from examples.bound import BOUNDS, constraint_errors, energy_defect, read
+from scipy.integrate import solve_ivp
 
+from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
 from warp_rods.rods.bound.rods import BoundRods
 
@@ -236,3 +238,126 @@ def test_a_membrane_with_zero_velocity_gives_the_bits_of_one_at_rest(verified):
         rods.step(1e-3, 50)
         lines.append(rods.variables())
     verified.same("membrane with zero velocity: a frame", lines[0], lines[1], reference="membrane at rest")
+
+
+def clamped(surface, position, direction, nodes=33, **given):
+    return BoundRods(surface, [position], [direction], nodes=nodes, at="start", ends=("clamped", "free"), **given)
+
+
+@pytest.mark.parametrize("ends", [("clamped", "free"), ("free", "clamped")], ids="-".join)
+def test_a_clamped_great_circle_remains_one_on_a_growing_sphere(ends, device, verified):
+    """The clamp keeps its direction from the centre: r = R(t) (cos(s/R), sin(s/R), 0) from it on, exactly."""
+    sphere = surfaces.make("sphere", {"radius": "1.0 + 0.2*t"})
+    rods = BoundRods(
+        sphere, [[1, 0, 0]], [[0, 1, 0]], nodes=33, length=1.5, at="start", ends=ends, device=device,
+    )  # fmt: skip
+    held = 0 if ends[0] == "clamped" else -1
+    at_clamp = 0.0 if ends[0] == "clamped" else 1.5
+    rods.step(1e-3, 1000)
+    s = np.linspace(0, 1.5, 33)
+    angle = at_clamp + (s - s[held]) / 1.2
+    exact = 1.2 * np.stack([np.cos(angle), np.sin(angle), 0 * s], axis=-1)
+    verified.below(
+        "exact", f"clamped great circle on a growing sphere, {'-'.join(ends)}: places",
+        measured=np.abs(rods.position[0] - exact).max(), bound=1e-13, reference="R(t)(cos, sin, 0) from the clamp on",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("turn", "bound"), [(0.0, 1e-9), (1.5, 3e-6)], ids=["straight", "curved"])
+def test_a_clamped_filament_is_carried_by_a_plane_that_tilts(turn, bound, device, verified):
+    """As a rigid body, about an axis in the plane; V' by differences along a curved filament costs Δs² Δt."""
+    parameters = {"w": "0.7*sin(2*t)"}
+    plane = surfaces.make("expression", {"phi": "cos(w)*z - sin(w)*x", "box": [[-3, 3]] * 3, "parameters": parameters})
+    rods = clamped(
+        plane, [0.5, 0.2, 0], [0.6, 0.8, 0], 17, geodesic_curvature=turn, intrinsic=(0, 0, turn), device=device
+    )
+    start, w = rods.position[0], 0.7 * np.sin(2.4)
+    rods.step(6e-3, 200)
+    turned = start @ np.array([[np.cos(w), 0, np.sin(w)], [0, 1, 0], [-np.sin(w), 0, np.cos(w)]])
+    name = f"clamped filament, Ω = {turn}, on a plane that tilts"
+    verified.below(
+        "exact", f"{name}: places, N = 16, Δt = 6e-3", measured=np.abs(rods.position[0] - turned).max(), bound=bound,
+        reference="a rigid body",
+    )  # fmt: skip
+    verified.below(
+        "exact", f"{name}: strains", measured=np.abs(rods.strain[0] - [0, 0, turn]).max(), bound=1e-11,
+        reference="those of the start",
+    )  # fmt: skip
+
+
+def test_a_clamp_on_a_rising_plane_keeps_its_strains_and_place(device, verified):
+    rising = surfaces.make("expression", {"phi": "z - h", "box": [[-2, 2]] * 3, "parameters": {"h": "0.3*sin(2*t)"}})
+    lines = []
+    for surface in (rising, surfaces.make("plane", {})):
+        rods = clamped(surface, [0, 0, 0], [1, 0.3, 0], geodesic_curvature=3 * np.cos(np.pi * arc(33)) ** 2)
+        rods.step(1e-3, 200)
+        lines.append(rods.position[0])
+    lines[0][:, 2] -= 0.3 * np.sin(0.4)
+    verified.below(
+        "symmetry", "clamped filament on a rising plane against one at rest: places",
+        measured=np.abs(lines[0] - lines[1]).max(), bound=1e-12, reference="the same, moved by h(t)",
+    )  # fmt: skip
+
+
+def test_a_clamp_does_not_spin_about_the_normal_of_a_cylinder_that_swells(device, verified):
+    """Its tangent keeps its angle to the hoop, where a line of the membrane would turn: tan α ∝ 1/R."""
+    cylinder = surfaces.make("cylinder", {"radius": "0.5 + 0.5*t", "length": 10.0})
+    angles = []
+    for nodes in (17, 33):
+        rods = clamped(cylinder, [0.5, 0, 0], [0, 1, 1], nodes, length=0.6, device=device)
+        rods.step(1e-3, 500)
+        q, r = rods.rotation[0, 0, :, 0], rods.position[0, 0]
+        angles.append(np.arctan2(q[2], q[1]))
+        np.testing.assert_allclose(r, [0.75, 0, 0], rtol=0, atol=1e-12)
+    verified(
+        "exact", "clamp on a cylinder that swells: angle to the hoop", measured=angles, expected=np.pi / 4,
+        within=1e-12, reference="ω[2] = 0",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("ends", [("clamped", "free"), ("free", "clamped")], ids="-".join)
+def test_the_energy_balance_with_a_clamp_on_a_breathing_torus(ends, verified):
+    """From N = 32 on the defect is 2e-4 and 8e-4 of the dissipation, and falls fourfold or faster."""
+    residuals = []
+    for nodes in (33, 65):
+        turn = 0.3 + 2 * np.cos(np.pi * arc(nodes)) ** 4 * np.sin(5 * arc(nodes) + 1)
+        rods = BoundRods(
+            breathing(0.2, 5.0), [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, ends=ends,
+            geodesic_curvature=turn, **PARAMETERS,
+        )  # fmt: skip
+        rods.step(1e-4, 500)
+        residuals.append(energy_defect(rods, 2e-5))
+    verified.below(
+        "conservation", f"filament {'-'.join(ends)} on a breathing torus: |dE/dt + D − power|/D, N = 64",
+        measured=residuals[1], bound=min(3e-4, residuals[0] / 3.5), reference="0, and a quarter of that with N = 32",
+    )  # fmt: skip
+
+
+def test_a_clamp_follows_the_normal_of_an_ellipsoid_that_changes_its_form(device, verified):
+    """dX/dt = V n, dq/dt = −(q·dn/dt) n: the tangent turns with n, and not about it."""
+    axes, rates = np.array([1.0, 0.8, 1.2]), np.array([0.4, -0.2, 0.3])
+
+    def velocity(t, y):
+        x, q, axis = y[:3], y[3:], axes + rates * t
+        g, H = 2 * x / axis**2, 2 / axis**2
+        size, n = np.linalg.norm(g), g / np.linalg.norm(g)
+        v = 2 * np.sum(x**2 * rates / axis**3) / size * n
+        change = H * v - 4 * x * rates / axis**3
+        return np.concatenate([v, -(q @ (change - n * (n @ change)) / size) * n])
+
+    ellipsoid = surfaces.make("ellipsoid", {"radii": [f"{a} + {r}*t" for a, r in zip(axes, rates, strict=True)]})
+    errors = []
+    for step in (2e-2, 1e-2, 5e-3):
+        rods = clamped(ellipsoid, [0.5, 0.5, 0.5], [1, 0.2, -0.5], 17, length=0.6, device=device)
+        start = np.concatenate([rods.position[0, 0], rods.rotation[0, 0, :, 0]])
+        rods.step(step, round(0.8 / step))
+        exact = solve_ivp(velocity, (0, 0.8), start, "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+        errors.append(np.abs(np.concatenate([rods.position[0, 0], rods.rotation[0, 0, :, 0]]) - exact).max())
+    name = "clamp on an ellipsoid that changes its form: place and tangent"
+    verified.order(f"{name}, order in Δt", measured=slope(errors), reference="dX/dt = Vn by SciPy's DOP853")
+    verified.below("exact", f"{name}, Δt = 5e-3", measured=errors[-1], bound=1e-5, reference="the same")
+
+
+def test_both_ends_clamped_are_refused_on_a_moving_membrane():
+    with pytest.raises(SceneError, match="cannot follow two points of a moving membrane that move apart: free one end"):
+        BoundRods(breathing(), [[1.3, 0, 0.3]], [[0, 1, 0]], ends=("clamped", "clamped"))

@@ -14,7 +14,7 @@ from warp_rods.kernels.bound.growth import Growth
 from warp_rods.kernels.bound.levels import History, Plan
 from warp_rods.kernels.bound.state import Filaments, Systems
 from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
-from warp_rods.kernels.layout import constant_zero, per_node, per_rod, workspace
+from warp_rods.kernels.layout import along_rods, constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import LEVELS, Pace, Weights
 from warp_rods.rods.outside import Outside
@@ -38,6 +38,8 @@ SYSTEMS = {
 CONTACT_HISTORY = ("contact_velocity", "contact_lag")
 """What a step keeps of contact for the next."""
 CONTACT = (*CONTACT_HISTORY, "contact_velocity_tried", "contact_lag_tried", "contact_foretold")
+ALONG = ("stiffness", "intrinsic", "drag")
+"""Parameters with three components that may change along the rods."""
 ENDS = 2
 OUTPUT_OF_RODS = ("energy", "dissipation", "growth_power", "membrane_power", "force_power", "gauss")
 OUTPUT_OF_NODES = {
@@ -79,7 +81,7 @@ def allocate(
     membrane_moves: bool,
     device,
 ) -> Arrays:
-    """Arrays for filaments with these ``parameters`` {length: [rod], stiffness, intrinsic, drag: [rod, 3]}.
+    """Arrays for filaments with these ``parameters``: length [rod]; ``ALONG``: [rod, 3] or [rod, node, 3].
 
     tracked: the node whose frame is advanced in time. knots: (time, length), each [rod, knot], length against time.
     membrane_moves: whether the membrane moves. All
@@ -122,8 +124,8 @@ def _filaments(
     spacing = parameters["length"] / (nodes - 1)
     f.spacing = tiled(spacing, Lanes, device)
     f.spacing_of_rod = wp.array(spacing, dtype=wp.float64, device=device)
-    for name in ("stiffness", "intrinsic", "drag"):
-        setattr(f, name, tiled(parameters[name], Vector, device))
+    for name in ALONG:
+        setattr(f, name, along_field(parameters[name], nodes, device))
     f.start_clamped, f.end_clamped = map(int, clamped)
     f.tracked = tracked
     f.growth_rate = per_rod(tiles, Lanes, device)
@@ -139,6 +141,12 @@ def _filaments(
         setattr(f, name, (per_node if membrane_moves else constant_zero)(tiles, nodes, Lanes, device))
     _give_workspace(f)
     return f
+
+
+def along_field(values: np.ndarray, nodes: int, device: Any) -> wp.array:
+    """A field [tile, node] of ``values`` [rod, 3], which are stored once, or [rod, node, 3]."""
+    made = tiled(values, Vector, device)
+    return made if values.ndim == 3 else along_rods(made, nodes)
 
 
 def _give_workspace(f: Any) -> None:

@@ -30,14 +30,16 @@ def centre_lines(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centre lines [rod, node, 3] of filaments whose middles are at points of the surface, and their ``Status`` [rod].
 
-    position, direction [rod, 3]; parameters: length [rod], stiffness, intrinsic, drag [rod, 3]. They are geodesics but
-    for free ends, which have their intrinsic strain, as those of ``BoundRods`` are without ``geodesic_curvature``.
+    position, direction [rod, 3]; parameters: length [rod], stiffness, intrinsic, drag [rod, 3] or [rod, node, 3]. They
+    are geodesics but for free ends, which have their intrinsic strain, as those of ``BoundRods`` are without
+    ``geodesic_curvature``.
     """
     device, count = device_of(device), len(position)
     middle, field = nodes // 2, frames.on_surface(surface.field)
     geodesic, places = np.zeros((count, nodes)), np.zeros((count, nodes, 3))
     free = [end for end, is_clamped in zip((0, -1), clamped, strict=True) if not is_clamped]
-    geodesic[:, free] = parameters["intrinsic"][:, 2:3]
+    intrinsic = parameters["intrinsic"][..., 2]
+    geodesic[:, free] = intrinsic[:, None] if intrinsic.ndim == 1 else intrinsic[:, free]
     places[:, middle] = position
     with exclusive:
         f, plan = allocate_lines(parameters, nodes, clamped, middle, device)

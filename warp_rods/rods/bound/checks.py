@@ -9,6 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
+from warp_rods.rods.bound.along import Components
 from warp_rods.rods.per_rod import along, parameter
 from warp_rods.scene.filaments import NO_TIP
 
@@ -21,14 +22,26 @@ SMALLEST_TANGENT = 1e-6
 RULES: dict[str, Any] = {
     "length": "positive",
     "stiffness": ("positive",) * 3,
-    "intrinsic": ("any finite number",) * 3,
+    "intrinsic": (arguments.ANY,) * 3,
     "drag": ("positive", "positive", "zero or more"),
 }
 
 
-def parameters_of(given: Mapping[str, Any], count: int) -> dict[str, np.ndarray]:
-    """Each parameter [rod] or [rod, 3]; raises SceneError naming a parameter with an impossible value."""
-    return {name: parameter(name, value, count, RULES[name]) for name, value in given.items()}
+def lengths(given: Any, count: int) -> np.ndarray:
+    """Lengths [rod]; raises SceneError naming an impossible value."""
+    return parameter("length", given, count, RULES["length"])
+
+
+def along_rods(given: Mapping[str, Any], count: int, nodes: int, grows: bool) -> dict[str, Components]:
+    """Each parameter with three components; raises SceneError naming one with an impossible value."""
+    found = {name: Components(name, value, count, nodes, RULES[name]) for name, value in given.items()}
+    for name, components in found.items():
+        if grows and components.along:
+            raise SceneError(
+                f"{name}: must be uniform along filaments that grow, whose nodes move along the material; leave "
+                f"growth out, or give numbers and formulas in t"
+            )
+    return found
 
 
 def rows_of_three(name: str, given: Any, count: int | None = None) -> np.ndarray:
@@ -69,10 +82,10 @@ def check(rods: BoundRods, position: np.ndarray, direction: np.ndarray, at: Any,
     if rods.nodes < FEWEST_NODES:
         raise SceneError(f"nodes = {rods.nodes}: must be {FEWEST_NODES} or more")
     _one_of("at", at, ("start", "middle"))
-    if rods.surface.moving and "clamped" in rods.ends:
+    if rods.surface.moving and all(rods.clamped):
         raise SceneError(
-            "ends: must be free on a moving membrane: φ does not determine how a clamped end moves along the membrane, "
-            "nor how its tangent turns"
+            'ends = ["clamped", "clamped"]: a filament keeps its length, and cannot follow two points of a moving '
+            "membrane that move apart: free one end"
         )
     if grows and all(rods.clamped):
         raise SceneError(f"growth{NO_TIP}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ import warp as wp
 
 from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
+from warp_rods.rods.bound.along import Components
 from warp_rods.rods.bound.arrays import Arrays
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.clock import Clock
@@ -21,6 +23,8 @@ COMPUTED = (
     *("end_load", "end_moment", "stretch_force", "tension", "geodesic_rate"),
 )
 """Variables that are output of the kernels; the others are part of the state or follow from it on the host."""
+STATIC_ALONG = ("stiffness", "intrinsic")
+"""Parameters that a trajectory saves once, or in each frame where they change in time."""
 
 
 class BoundReadings(Readings):
@@ -32,9 +36,14 @@ class BoundReadings(Readings):
     _launches: BoundLaunches
     _saved_nodes: int
     _shown: float
+    _along: dict[str, Components]
+
+    @abstractmethod
+    def _set_along(self, time: float) -> None: ...
 
     def show(self) -> None:
         """Compute frames and strains of the present state."""
+        self._set_along(self._present_time)
         with exclusive:
             self._launches.show(self._shown)
 
@@ -59,6 +68,8 @@ class BoundReadings(Readings):
             found[name] = Reading(self.evaluate, partial(to_host, self._tiled(array) if is_tiled(array) else array))
         found["strain"] = Reading(self.show, self._strain)
         found["length"] = Reading(self.show, lambda: to_host(f.spacing_of_rod) * (self.nodes - 1))
+        for name in STATIC_ALONG:
+            found[name] = Reading(self.show, partial(self._present, name))
         found["power"] = Reading(self.evaluate, self._power)
         for column, name in enumerate(("constraint", "orthogonality", "arc_length")):
             found[name] = Reading(self.evaluate, partial(self._residual, column))
@@ -84,9 +95,31 @@ class BoundReadings(Readings):
         return np.stack([self._tiled(column).numpy() for column in (f.tangent, f.across, f.normal)], axis=-1)
 
     def _power(self) -> np.ndarray:
-        """Power of growth, of a moving membrane and of the external force."""
+        """Power of growth, of a moving membrane, of the external force, and of stiffness and σ that change in time."""
         output = self._arrays.output
-        return to_host(output.growth_power) + to_host(output.membrane_power) + to_host(output.force_power)
+        power = to_host(output.growth_power) + to_host(output.membrane_power) + to_host(output.force_power)
+        return power + self._power_of_change()
+
+    def _power_of_change(self) -> np.ndarray | float:
+        """∫ ½ ∂tB (strain − σ)² − B (strain − σ) ∂tσ ds, by the trapezoid rule [rod]."""
+        changing = [self._along[name] for name in STATIC_ALONG]
+        if not any(part.varies for part in changing):
+            return 0.0
+        B, sigma = map(self._present, STATIC_ALONG)
+        B_rate, sigma_rate = (part.rates(self._present_time, self.nodes) for part in changing)
+        bent = self._strain() - sigma
+        density = np.sum(0.5 * B_rate * bent**2 - B * bent * sigma_rate, axis=-1)
+        return np.trapezoid(density, axis=1) * to_host(self._arrays.f.spacing_of_rod)
+
+    @property
+    def _present_time(self) -> float:
+        return min(self._shown, self._clock.reached)
+
+    def _present(self, name: str) -> np.ndarray:
+        """Values of a parameter of ``STATIC_ALONG`` [rod, node, 3] at the time shown."""
+        part = self._along[name]
+        values = part.at(self._present_time, self.nodes) if part.varies else part.values
+        return values if values.ndim == 3 else np.repeat(values[:, None], self.nodes, axis=1)
 
     @property
     def rotation(self) -> np.ndarray:

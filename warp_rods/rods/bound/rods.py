@@ -13,17 +13,24 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.layout import to_host
 from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound import growth as growth_tables
-from warp_rods.rods.bound.arrays import CONTACT_HISTORY, GEODESIC, allocate, tracked_node
-from warp_rods.rods.bound.checks import check, checked_ends, geodesic_curvatures, parameters_of, rows_of_three
+from warp_rods.rods.bound.arrays import ALONG, CONTACT_HISTORY, GEODESIC, allocate, tracked_node
+from warp_rods.rods.bound.checks import (
+    along_rods,
+    check,
+    checked_ends,
+    geodesic_curvatures,
+    lengths,
+    rows_of_three,
+)
 from warp_rods.rods.bound.launches import BoundLaunches
-from warp_rods.rods.bound.readings import BoundReadings
+from warp_rods.rods.bound.readings import STATIC_ALONG, BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.tiles import Tiled, is_tiled
-from warp_rods.rods.variables import FILAMENT_VARIABLES
+from warp_rods.rods.variables import FILAMENT_VARIABLES, along_in_time
 
 HISTORY = (
     *(*GEODESIC, "turn", "rotation", "position", "rotation_before", "position_before"),
@@ -42,10 +49,10 @@ class BoundRods(BoundReadings, Ensemble):
     surface: from ``surfaces.make``. position, direction [rod, 3]: the middle node (with ``at="start"`` the first node)
     and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a number, a
     formula of s, or values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending),
-    intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each. ends: "free" (D.59) to (D.61) or "clamped", for
-    the first and the last node; free on a moving membrane. growth: see ``growth.knots``; free tips grow, and nodes keep
-    their fractions of the length. flow, gravity (a force per length), forces: as in a scene. Units of length, force and
-    time are arbitrary.
+    intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each; numbers of the last three may be lists [node], or
+    formulas in s (−½ to ½) and t: ``(0, "2*sin(6*s - t)", 0)``. ends: "free" or "clamped" (docs/model.md §3.3), of
+    which one on a membrane that moves. growth: ``growth.knots``; free tips grow, and nodes keep their shares. flow,
+    gravity (a force per length), forces: as in a scene. All units are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.
@@ -55,9 +62,9 @@ class BoundRods(BoundReadings, Ensemble):
     step_tolerance = 5e-4
 
     length = Parameter("Length at the start [rod].")
-    stiffness = Parameter("Stiffness B of twist, normal and geodesic bending [rod, 3].")
-    intrinsic = Parameter("Intrinsic strains σ [rod, 3].")
-    drag = Parameter("Drag ζ∥, ζ⊥, ζr [rod, 3].")
+    stiffness = Parameter("Stiffness B of twist, normal and geodesic bending [rod, 3], or [rod, node, 3]; at t = 0.")
+    intrinsic = Parameter("Intrinsic strains σ [rod, 3], or [rod, node, 3]; at t = 0.")
+    drag = Parameter("Drag ζ∥, ζ⊥, ζr [rod, 3], or [rod, node, 3]; at t = 0.")
     surface = Fixed[Surface]("The membrane.")
     ends = Fixed[tuple[str, str]]("The first and the last end, each free or clamped.")
     growth = Fixed[growth_tables.Knots]("Times and lengths [rod, knot] of a length that is linear between knots.")
@@ -87,16 +94,21 @@ class BoundRods(BoundReadings, Ensemble):
         surface = arguments.instance("surface", surface, Surface, made)
         position = rows_of_three("position", position)
         direction = rows_of_three("direction", direction, len(position))
-        given = {"length": length, "stiffness": stiffness, "intrinsic": intrinsic, "drag": drag}
-        parameters = parameters_of(given, len(position))
-        grown = growth_tables.read(growth)
-        outside = Outside(flow, gravity, forces, len(position))
+        count, nodes = len(position), arguments.whole("nodes", nodes)
+        parameters = {"length": lengths(length, count)}
+        grown, given = growth_tables.read(growth), {"stiffness": stiffness, "intrinsic": intrinsic, "drag": drag}
+        self._along = along_rods(given, count, nodes, grows=growth is not None)
+        parameters |= {name: components.values for name, components in self._along.items()}
+        outside = Outside(flow, gravity, forces, count)
         self._outside = outside if outside.flows or outside.pushes else None
         fixed = {"surface": surface, "ends": checked_ends(ends)}
         fixed |= {"growth": growth_tables.knots(grown, parameters["length"]), "largest_spacing": grown.largest_spacing}
-        super().__init__(len(position), nodes, parameters, device, **fixed)
+        super().__init__(count, nodes, parameters, device, **fixed)
         check(self, position, direction, at, grows=growth is not None)
         self._saved_nodes = self.nodes
+        self.saved = FILAMENT_VARIABLES | {
+            name: along_in_time(name) for name in STATIC_ALONG if self._along[name].varies
+        }
         self._refined = False
         self._shown = np.inf
         geodesic = geodesic_curvatures(geodesic_curvature, self.count, self.nodes)
@@ -120,9 +132,12 @@ class BoundRods(BoundReadings, Ensemble):
         return self.stride * tracked_node(self._saved_nodes, self.clamped)
 
     def _allocate(self) -> None:
+        values = {name: part.at(0.0, self.nodes) if part.varies else part.values for name, part in self._along.items()}
+        values |= {"length": self.length}
         self._arrays = allocate(
-            self._parameters, self.nodes, self.clamped, self.tracked, self.growth, self.surface.moving, self.device
+            values, self.nodes, self.clamped, self.tracked, self.growth, self.surface.moving, self.device
         )
+        self._along_time = 0.0
         self._f, self._past = self._arrays.f, self._arrays.past
         self._launches = BoundLaunches(self._arrays, self.surface, self._clock, self.middle)
         if self._outside is not None:
@@ -132,7 +147,8 @@ class BoundRods(BoundReadings, Ensemble):
         """Set the frame of one node to the given position and direction, and the others from it outwards."""
         f = self._f
         free = [end for end, clamped in zip((0, -1), self.clamped, strict=True) if not clamped]
-        geodesic[:, free] = self.intrinsic[:, 2:3]  # a free end has m3 = 0 (D.59)
+        at_ends = np.broadcast_to(self.intrinsic.reshape(self.count, -1, 3), (self.count, self.nodes, 3))
+        geodesic[:, free] = at_ends[:, free, 2]  # a free end has m3 = 0 (D.59)
         r = np.zeros((self.count, self.nodes, 3))
         r[:, node] = position
         f.position.assign(r)
@@ -170,7 +186,23 @@ class BoundRods(BoundReadings, Ensemble):
 
     def predict_step(self) -> None:
         """Launch what puts the rods at the extrapolated state at the end of the step."""
+        self._set_along(self.reached + self._clock.step)
         self._launches.predict(self.reached + self._clock.step)
+
+    @property
+    def changes_in_time(self) -> bool:
+        """Whether stiffness, intrinsic strains or drag change in time."""
+        return any(part.varies for part in self._along.values())
+
+    def _set_along(self, time: float) -> None:
+        """Let parameters that change in time be those of a time."""
+        if time == self._along_time or not self.changes_in_time:
+            return
+        with exclusive:
+            for name in ALONG:
+                if self._along[name].varies:
+                    self._tiled(getattr(self._f, name)).assign(self._along[name].at(time, self.nodes))
+        self._along_time = time
 
     def try_step(self) -> None:
         """Launch the rest of a step: its result and its error."""
@@ -196,8 +228,8 @@ class BoundRods(BoundReadings, Ensemble):
 
     @property
     def has_own_steps(self) -> bool:
-        """True for rods on a membrane at rest that are never refined."""
-        return self.largest_spacing == np.inf and not self.surface.moving
+        """True for rods on a membrane at rest that are never refined and do not change in time."""
+        return self.largest_spacing == np.inf and not self.surface.moving and not self.changes_in_time
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``."""
@@ -226,7 +258,8 @@ class BoundRods(BoundReadings, Ensemble):
 
     @property
     def _bending_times(self) -> np.ndarray:
-        return self.drag[:, 1] * self.length**4 / self.stiffness[:, 2]
+        drag, stiffness = (values.reshape(self.count, -1, 3) for values in (self.drag, self.stiffness))
+        return drag[..., 1].min(axis=1) * self.length**4 / stiffness[..., 2].max(axis=1)
 
     @property
     def natural_time(self) -> float:
@@ -291,8 +324,8 @@ class BoundRods(BoundReadings, Ensemble):
             return to_host(self._past.failed_at)
 
     def static(self) -> dict[str, np.ndarray]:
-        """What a trajectory saves once [rod, 3]; not the length, because filaments may grow."""
-        return {"stiffness": self.stiffness, "intrinsic": self.intrinsic}
+        """What a trajectory saves once, [rod, 3] or [rod, node, 3]; not the length, because filaments may grow."""
+        return {name: self._parameters[name] for name in STATIC_ALONG if not self._along[name].varies}
 
     # --- state ------------------------------------------------------------------------------------------------------
 

@@ -30,8 +30,8 @@ from warp_rods.kernels.lanes import Block, Lanes, Pair, Vector
 from warp_rods.kernels.layout import along_rods, constant_zero, per_node, per_rod, workspace
 from warp_rods.kernels.magnus import RATES
 from warp_rods.kernels.multistep import Pace
+from warp_rods.rods.along import at_half_nodes, product
 from warp_rods.rods.free import ends
-from warp_rods.rods.free.along import at_half_nodes, product
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import allocate_pace

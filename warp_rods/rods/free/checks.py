@@ -9,7 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.free.along import Along
+from warp_rods.rods.along import Along
 from warp_rods.rods.per_rod import parameter
 
 FEWEST_NODES = 17

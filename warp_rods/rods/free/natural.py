@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from warp_rods import arguments
-from warp_rods.rods.free.along import Along, at_nodes
+from warp_rods.rods.along import Along, at_nodes
 
 
 class Natural:

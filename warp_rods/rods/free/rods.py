@@ -14,8 +14,8 @@ from warp_rods.errors import SceneError
 from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.free.state import CARRIED_APART
 from warp_rods.kernels.layout import to_host
+from warp_rods.rods.along import Along, at_half_nodes, at_nodes, product
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
-from warp_rods.rods.free.along import Along, at_half_nodes, at_nodes, product
 from warp_rods.rods.free.arrays import (
     CARRIER,
     PAST,

@@ -1,4 +1,4 @@
-"""A flow, and forces and couples per length from outside, on surface-bound filaments (docs/model.md §3.10).
+"""A flow, and forces and couples per length from outside, on surface-bound filaments (docs/model.md §3.11).
 
 Drag acts on the velocity against the fluid, so that a flow u∞ is a force ζ u∞ and a couple ζr ½∇×u∞ about the tangent.
 With a couple (c0, c1, c2) per length in the frame (q, n×q, n) virtual work gives::

@@ -1,4 +1,4 @@
-"""A flow, and forces and couples per length from outside, on active rods in their Bishop frame (docs/model.md §2.9).
+"""A flow, and forces and couples per length from outside, on active rods in their Bishop frame (docs/model.md §2.12).
 
 Drag acts on the velocity against the fluid, so that a flow u∞ is a force ζ u∞ and a couple ζr ½∇×u∞ about the tangent.
 Free rods are described in axes that are carried with u∞ of the tracked node, without turning (``motion.py``).
@@ -12,6 +12,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes2D,
     Vector,
     add,
+    div,
     mul,
     pair,
     sub,

@@ -178,7 +178,7 @@ SWIMMER_VARIABLES: dict[str, Variable] = {
     "activity": Variable(_NODE, "float32", "1", "flagellar field f", "(4.12)"),
     "wall_energy": Variable(_ROD, "float64", "force*length", "energy in the walls of the box", "∫ ½ k (d + δ)² ds"),
     "power": replace(
-        _EVERY_ROD["power"], long_name="power of flagella and external forces", source="∫ f u0 + M f ω0 + f·u ds"
+        _EVERY_ROD["power"], long_name="power of flagella, external forces and flow", source="∫ f u0 + M f ω0 + f·u ds"
     ),
 }
 

@@ -109,10 +109,8 @@ def test_impossible_motion_is_refused(radius, said):
 
 
 def test_two_clamped_ends_on_a_moving_membrane_are_refused():
-    tables = scene(end="clamped").to_toml().replace('"free"]', '"clamped"]')
-    with pytest.raises(
-        SceneError, match=r'filaments\[0\]\.ends = \["clamped", "clamped"\]: a filament keeps its length'
-    ):
+    tables = scene(end="clamped").to_toml().replace('"free"', '"clamped"')
+    with pytest.raises(SceneError, match=r'filaments\[0\]\.ends = \["clamped", "clamped"\]: a filament keeps'):
         Simulation(Scene.parse(tables), "cpu")
 
 

@@ -325,7 +325,7 @@ def test_the_energy_balance_with_a_clamp_on_a_breathing_torus(ends, verified):
             breathing(0.2, 5.0), [[1.3, 0.1, 0.25]], [[0.3, 1.0, 0.4]], nodes=nodes, ends=ends,
             geodesic_curvature=turn, **PARAMETERS,
         )  # fmt: skip
-        rods.step(1e-4, 500)
+        rods.step(2.5e-4, 200)
         residuals.append(energy_defect(rods, 2e-5))
     verified.below(
         "conservation", f"filament {'-'.join(ends)} on a breathing torus: |dE/dt + D − power|/D, N = 64",

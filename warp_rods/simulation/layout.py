@@ -133,7 +133,7 @@ def _naming(kind: str, index: int) -> Iterator[None]:
 
 def _read_starts(layout: Layout) -> None:
     """Read the shapes that are from files."""
-    for kind in BUILDERS:
+    for kind in ("filaments", "swimmers"):
         for index, table in enumerate(getattr(layout.scene, kind)):
             if table.shape is not None and table.shape.from_file:
                 with _naming(kind, index):

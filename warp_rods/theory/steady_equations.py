@@ -45,6 +45,25 @@ STRAIGHT = 1e-7
 """Norm of the bending below which a shape counts as straight, and its phase is undefined."""
 
 
+def _check_plain(table: SwimmersTable) -> None:
+    """Raises SceneError for swimmers that are not uniform, straight at rest, and free at their ends."""
+    along = [name for name in ("bend", "twist", "drag_ratio", "rotational_drag") if _changes(getattr(table, name))]
+    along += [
+        name for name in ("drag_along", "natural_bend", "natural_twist", "ends") if getattr(table, name) is not None
+    ]
+    if along:
+        raise SceneError(
+            f"{along[0]}: fixed shapes are found for uniform swimmers that are straight at rest and free at both ends; "
+            f"run the scene instead"
+        )
+
+
+def _changes(value: Any) -> bool:
+    """Whether a value of a table may change along rods."""
+    parts = value if isinstance(value, tuple) else (value,)
+    return not all(isinstance(part, (int, float)) for part in parts)
+
+
 @dataclass(frozen=True)
 class Swimmer(metaclass=Documented):
     """One swimmer whose fixed shapes are sought, with the dimensionless parameters of ``FreeRods``.
@@ -66,6 +85,8 @@ class Swimmer(metaclass=Documented):
     def __post_init__(self) -> None:
         # ``FreeRods.parameters`` also lists how the flagella begin and whether symmetry is imposed.
         given = {name: value for name, value in self.parameters.items() if name not in ("flagella", "symmetric")}
+        if given.pop("drag_along", 1.0) != 1.0:
+            raise SceneError(f"drag_along = {self.parameters['drag_along']}: must be 1 here: ζ∥ is the unit of drag")
         whole = DEFAULTS | {name: float(value) for name, value in given.items()}
         wrong, missing = whole.keys() - set(PARAMETERS), set(PARAMETERS) - whole.keys()
         if wrong or missing:
@@ -82,6 +103,7 @@ class Swimmer(metaclass=Documented):
         With the law ``held`` its flagella keep their profile. Raises SceneError for another law than these two,
         and for nodes = "auto".
         """
+        _check_plain(table)
         law = table.flagella.law or DEFAULT_LAW
         if law not in KNOWN_LAWS:
             raise SceneError(

@@ -40,7 +40,7 @@ class Along:
         """Values [rod, node] of formulas at a time; raises SceneError where one has none."""
         s = np.linspace(-0.5, 0.5, self._shape[1])
         try:
-            rows = [formula(s=s, t=np.float64(time)) for formula in self._formulas]
+            rows = [np.broadcast_to(formula(s=s, t=np.float64(time)), s.shape) for formula in self._formulas]
         except FormulaError as error:
             raise SceneError(f"{self.name}: {error}") from None
         found = np.array(np.broadcast_to(np.stack(rows), self._shape))

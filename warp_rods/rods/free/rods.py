@@ -325,6 +325,12 @@ class FreeRods(FreeReadings, Ensemble):
         """True for rods without external forces whose natural shape and couple do not change in time."""
         return self._arrays.force is None and not (self._natural.varies or self._couple.varies)
 
+    @property
+    def changes_in_time(self) -> bool:
+        """Whether a natural shape changes in time, or something moves or loads an end."""
+        moved = any(end.in_space or end.turning.any() or end.thrust.any() or end.torque.any() for end in self.ends)
+        return self._natural.varies or moved
+
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
         self._launches.advance_past(time, allowed, time)

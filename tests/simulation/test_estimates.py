@@ -70,8 +70,9 @@ def allocated(simulation: Simulation, on_gpu: bool) -> int:
     found = {id(a): a for a in arrays_in(parts)}
     total = 0
     for a in found.values():
-        shared = on_gpu and any(a.strides)  # a constant zero has no strides, there too
-        items = [n for n, stride in zip(a.shape, a.strides, strict=True) if stride or shared]
+        # There, too, a constant zero has no strides, and what is one number along a rod none along its nodes.
+        shared = [on_gpu and any(a.strides), *[False] * (a.ndim - 1)]
+        items = [n for n, stride, all_rods in zip(a.shape, a.strides, shared, strict=True) if stride or all_rods]
         total += int(np.prod(items, dtype=np.int64)) * wp.types.type_size_in_bytes(a.dtype)
     return total
 

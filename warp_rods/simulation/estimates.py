@@ -37,7 +37,7 @@ class Footprint(NamedTuple):
 
 
 FOOTPRINTS = {
-    "swimmers": Footprint(930, 1550, 600, 450, 2500),
+    "swimmers": Footprint(960, 1550, 600, 450, 2500),
     "filaments": Footprint(410, 530, 470, 240, 3000),
     "cosserat": Footprint(1310, 1620, 370, 320, 3500),
 }

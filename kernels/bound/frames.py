@@ -53,8 +53,18 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
 from warp_rods.kernels.layout import Integers1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.lie import advance_along, se3_compose, se3_exp, se3_inverse, se3_log
 from warp_rods.kernels.magnus import levels_of_rates, twist_over
-from warp_rods.kernels.multistep import LEVELS, Formula, Levels, Pace, Weights, formula_of, times_of, weights_at
-from warp_rods.kernels.status import HALF_TURN, KINK, LEFT_DATA, OFF_SURFACE, OK
+from warp_rods.kernels.multistep import (
+    INFINITE,
+    LEVELS,
+    Formula,
+    Levels,
+    Pace,
+    Weights,
+    formula_of,
+    times_of,
+    weights_at,
+)
+from warp_rods.kernels.status import HALF_TURN, KINK, LEFT_DATA, NOT_FINITE, OFF_SURFACE, OK
 from warp_rods.kernels.surface import tiles as surface
 from warp_rods.kernels.surface.geometry import (
     ParameterArray,
@@ -178,6 +188,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
             i = start + way * k
             r, follows = advance_cell(f, p, tile, i, i + way, r, guess)
             store_where(f.position, tile, i + way, moving, r)
+            unfit = first_reason(unfit, less(square(f.geodesic[tile, i + way]), INFINITE), real(NOT_FINITE))
             unfit = first_reason(unfit, follows, real(KINK))
             unfit = first_reason(unfit, inside(r, low, high), real(LEFT_DATA))
             here = f.curvature[tile, i + way]

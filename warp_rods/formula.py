@@ -40,8 +40,8 @@ ALLOWED = "allowed are numbers, pi, x, y, z, the names in parameters, + - * /, *
 )
 
 
-def _allowed_in(variable: str) -> str:
-    return ALLOWED.replace("x, y, z, the names in parameters", variable)
+def _allowed_in(variables: str) -> str:
+    return ALLOWED.replace("x, y, z, the names in parameters", variables)
 
 
 ALLOWED_IN_TIME = _allowed_in("t")
@@ -108,7 +108,7 @@ def function_of_arrays(text: str, names: Sequence[str]) -> Callable[..., Any]:
 
     Its attribute ``names`` are those that occur. Raises FormulaError for the first part that is not allowed.
     """
-    allowed = ALLOWED.replace("x, y, z, the names in parameters", ", ".join(names))
+    allowed = _allowed_in(", ".join(names))
     tree = syntax_tree(text.strip(), allowed)
     reader = FormulaReader(dict.fromkeys(names, FORM), allowed)
     reader.read(tree)

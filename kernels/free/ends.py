@@ -12,14 +12,11 @@ from warp_rods.kernels.free.state import FREE, Balance, Shape, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Block,
     Lanes,
-    Pair,
     add,
     div,
-    dot,
     mul,
     pair,
     sub,
-    vector,
     wedge,
 )
 from warp_rods.kernels.layout import real

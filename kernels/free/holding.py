@@ -8,7 +8,7 @@ last step, in which the drift arose, or of this one if that is longer; a shorter
 import warp as wp
 
 from warp_rods.kernels.clock import STEP
-from warp_rods.kernels.free.output import angle_from
+from warp_rods.kernels.free.output import angle_from, material
 from warp_rods.kernels.free.state import CLAMPED, FREE, End, Midpoint, Shape, Swimmers
 from warp_rods.kernels.lanes import WIDTH, Vector, rods_in
 from warp_rods.kernels.layout import Matrices2D, Scalars1D, Vectors2D, real
@@ -41,13 +41,6 @@ class Hold:
 def end_node(end: int, nodes: int) -> int:
     """The node of the first (0) or last (1) end."""
     return end * (nodes - 1)
-
-
-@wp.func
-def material(R: wp.mat33d, angle: real):
-    """The Bishop frame R turned to the material one."""
-    c, s, zero, one = wp.cos(angle), wp.sin(angle), real(0.0), real(1.0)
-    return R * wp.mat33d(one, zero, zero, zero, c, -s, zero, s, c)
 
 
 @wp.kernel

@@ -1,4 +1,4 @@
-"""The natural bending of active rods in their Bishop frame (docs/model.md §2.3)."""
+"""The natural bending of active rods in their Bishop frame (docs/model.md §2.11)."""
 
 import warp as wp
 

@@ -189,6 +189,13 @@ def angle_from(rod: int, start: int, node: int, ds: real, twist: Lanes2D):
     return total * wp.where(node < start, -ds, ds)
 
 
+@wp.func
+def material(R: wp.mat33d, angle: real):
+    """The Bishop frame R turned to the material one."""
+    c, s, zero, one = wp.cos(angle), wp.sin(angle), real(0.0), real(1.0)
+    return R * wp.mat33d(one, zero, zero, zero, c, -s, zero, s, c)
+
+
 @wp.kernel
 def find_material_frame(
     rods: Swimmers,
@@ -205,6 +212,4 @@ def find_material_frame(
     s = wp.sin(angle)
     k = pair_of(shape.bending, rod, node)
     strain[rod, node] = wp.vec3d(number_of(shape.twist, rod, node), c * k[0] + s * k[1], c * k[1] - s * k[0])
-    zero, one = real(0.0), real(1.0)
-    R = rotation[rod, node] * wp.mat33d(one, zero, zero, zero, c, -s, zero, s, c)
-    orientation[rod, node] = quaternion(R)
+    orientation[rod, node] = quaternion(material(rotation[rod, node], angle))

@@ -21,7 +21,7 @@ class Along:
     """
 
     def __init__(self, name: str, given: Any, count: int, nodes: int, rule: str, in_time: bool = False):
-        self.name, self._rule, self._shape = name, rule, (count, nodes)
+        self.name, self._shape = name, (count, nodes)
         self._formulas: list[Callable[..., np.ndarray]] = []
         self.varies = False
         texts = _texts(given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
@@ -12,7 +13,16 @@ from warp_rods.scene.checks import Table
 from warp_rods.scene.per_rod import EACH, ONE, TABLE, WORD, WORDS, is_list
 from warp_rods.values import Number, Positive
 
-__all__ = ["OR_ALONG", "OR_IN_TIME", "AtNodes", "Formula", "NumberAlong", "PositiveAlong", "given_along"]
+__all__ = [
+    "OR_ALONG",
+    "OR_IN_TIME",
+    "AtNodes",
+    "Formula",
+    "NumberAlong",
+    "PositiveAlong",
+    "checked_formula",
+    "given_along",
+]
 
 T = TypeVar("T")
 
@@ -21,7 +31,9 @@ OR_IN_TIME = ", a formula in s and t, or a list with one for each rod, or { node
 """End of the description of a key that may change along rods."""
 
 
-def _formula(names: tuple[str, ...]) -> Any:
+def checked_formula(*names: str) -> Callable[[str], str]:
+    """A check that a text is a formula in these variables."""
+
     def check(text: str) -> str:
         try:
             function_of_arrays(text, names)
@@ -29,12 +41,12 @@ def _formula(names: tuple[str, ...]) -> Any:
             raise PydanticCustomError("note", "{text}", {"text": str(error)}) from None
         return text
 
-    return Annotated[str, AfterValidator(check)]
+    return check
 
 
-Formula = _formula(("s",))
+Formula = Annotated[str, AfterValidator(checked_formula("s"))]
 """A formula in s."""
-FormulaInTime = _formula(("s", "t"))
+FormulaInTime = Annotated[str, AfterValidator(checked_formula("s", "t"))]
 """A formula in s and t."""
 
 

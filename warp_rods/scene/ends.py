@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
 
-from warp_rods.formula import FormulaError, function_of_arrays
+from warp_rods.scene.along import checked_formula
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.per_rod import OR_EACH, NumberEach, Vector, WordOrTable
 from warp_rods.values import Number
@@ -23,15 +22,7 @@ OF_KIND = {
 """What an end of each kind may have."""
 
 
-def _in_time(text: str) -> str:
-    try:
-        function_of_arrays(text, ("t",))
-    except FormulaError as error:
-        raise PydanticCustomError("note", "{text}", {"text": str(error)}) from None
-    return text
-
-
-NumberOrFormula = Number | Annotated[str, AfterValidator(_in_time)]
+NumberOrFormula = Number | Annotated[str, AfterValidator(checked_formula("t"))]
 Motion = tuple[NumberOrFormula, NumberOrFormula, NumberOrFormula]
 
 

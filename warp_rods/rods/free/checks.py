@@ -15,8 +15,6 @@ from warp_rods.rods.per_rod import parameter
 FEWEST_NODES = 17
 RULES = {"moment": "any finite number", "diffusion": "zero or more"}
 """Conditions on the parameters that need not be positive."""
-ORTHONORMAL = 1e-6
-"""Larger errors of RᵀR are not regarded as round-off."""
 SYMMETRIC = 1e-9
 """Larger relative errors of the parities at the start are not regarded as round-off."""
 
@@ -37,27 +35,6 @@ def parameters_of(given: Mapping[str, Any], count: int, prefix: str = "") -> dic
 def along_rods(given: Mapping[str, Any], count: int, nodes: int) -> dict[str, np.ndarray]:
     """Each parameter [rod], or [rod, node] where it changes along the rods; raises SceneError."""
     return {name: Along(name, value, count, nodes, "positive").values for name, value in given.items()}
-
-
-def points(position: Any, count: int) -> np.ndarray:
-    """Points [rod, 3] from one point for all rods or one for each; raises SceneError."""
-    return parameter("position", position, count, ("any finite number",) * 3)
-
-
-def frames(rotation: Any, count: int) -> np.ndarray:
-    """Right-handed orthonormal frames [rod, 3, 3] from one for all rods or one for each; raises SceneError."""
-    R = arguments.reals("rotation", rotation)
-    if R.shape not in ((3, 3), (count, 3, 3)):
-        raise SceneError(f"rotation: must be a matrix [3, 3], or {(count, 3, 3)} [rod, 3, 3]; has shape {R.shape}")
-    R = np.ascontiguousarray(np.broadcast_to(R, (count, 3, 3)))
-    error_size = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
-    wrong = np.flatnonzero(~((error_size < ORTHONORMAL) & (np.linalg.det(np.nan_to_num(R)) > 0)))
-    if len(wrong):
-        raise SceneError(
-            f"rotation[{wrong[0]}] = {R[wrong[0]].tolist()}: must be a rotation, with orthonormal columns (tangent "
-            f"first) that form a right-handed frame"
-        )
-    return R
 
 
 def symmetric_starts(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> np.ndarray:

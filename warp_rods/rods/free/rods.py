@@ -32,9 +32,7 @@ from warp_rods.rods.free.checks import (
     along_rods,
     check_nodes,
     check_symmetry,
-    frames,
     parameters_of,
-    points,
     symmetric_starts,
 )
 from warp_rods.rods.free.ends import End, ends_of, needs_places
@@ -47,7 +45,7 @@ from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
-from warp_rods.rods.per_rod import vectors
+from warp_rods.rods.per_rod import frames, parameter, vectors
 from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
@@ -170,7 +168,7 @@ class FreeRods(FreeReadings, Ensemble):
             self._couple = turned
             if self._turned:
                 self._enable_couple()
-            self._place(shape, points(position, count), frames(rotation, count))
+            self._place(shape, parameter("position", position, count, (arguments.ANY,) * 3), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
             self._holding: Holding | None = None
             if needs_places(*held):

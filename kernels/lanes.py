@@ -568,6 +568,16 @@ def rods_in(tile: int, rods: int) -> int:
 
 
 @wp.func
+def repeat_last(tile: int, rods: int, values: Lanes):
+    """``values`` with that of the last rod in the lanes beyond it."""
+    repeated = Lanes()
+    last = rods_in(tile, rods) - 1
+    for lane in range(WIDTH):
+        repeated[lane] = values[wp.min(lane, last)]
+    return repeated
+
+
+@wp.func
 def number_of(field: Lanes2D, rod: int, node: int) -> real:
     """The value of one rod."""
     return field[rod // WIDTH, node][rod % WIDTH]

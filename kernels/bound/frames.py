@@ -41,6 +41,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     magnitude,
     mul,
     number_of,
+    repeat_last,
     rods_in,
     set_number,
     sqrt,
@@ -421,7 +422,7 @@ def on_surface(field: wp.Function) -> SimpleNamespace:
         if own == 1:
             for lane in range(rods_in(tile, f.status.shape[0])):
                 choose_next_step(f, pace, plan, target, tile * WIDTH + lane)
-        keep_fields(f, past, tile, taken)
+        keep_fields(f, past, tile, repeat_last(tile, f.status.shape[0], taken))
 
     @wp.kernel(module="unique", enable_backward=False)
     def show(

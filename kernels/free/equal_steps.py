@@ -33,7 +33,7 @@ from warp_rods.kernels.free.state import (
     Trial,
 )
 from warp_rods.kernels.free.step import find_slope, find_value, step_shape
-from warp_rods.kernels.lanes import WIDTH, Lanes, rods_in
+from warp_rods.kernels.lanes import WIDTH, Lanes, repeat_last, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.multistep import Pace, formula_of, lengths_of, push_time, times_of
 from warp_rods.kernels.status import OK
@@ -165,7 +165,7 @@ def accept_step(
             else:
                 rods.status[rod] = trial.status[rod]
                 failed_at[rod] = pace.at[rod, 0]
-    store_shape(tile, accepted, star, now, past)
+    store_shape(tile, repeat_last(tile, trial.end.shape[0], accepted), star, now, past)
     if contact.present == 1:
         keep_velocity(tile, accepted, contact)
 

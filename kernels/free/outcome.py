@@ -11,6 +11,7 @@ from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes2D,
     Pairs,
     add,
+    all_of,
     dot,
     larger,
     mul,
@@ -81,6 +82,14 @@ def push_numbers(tile: int, node: int, accepted: Lanes, newest: Lanes2D, older: 
 
 
 @wp.func
+def push_whole_level(tile: int, node: int, newest: Shape, older: Shape):
+    """``push_level`` of all rods: a copy is several times cheaper than a choice for each rod."""
+    older.bending[tile, node] = newest.bending[tile, node]
+    older.twist[tile, node] = newest.twist[tile, node]
+    older.activity[tile, node] = newest.activity[tile, node]
+
+
+@wp.func
 def push_level(tile: int, node: int, accepted: Lanes, newest: Shape, older: Shape):
     """``push_pairs`` of all fields."""
     push_pairs(tile, node, accepted, newest.bending, older.bending)
@@ -91,6 +100,14 @@ def push_level(tile: int, node: int, accepted: Lanes, newest: Shape, older: Shap
 @wp.func
 def store_shape(tile: int, accepted: Lanes, star: Shape, now: Shape, past: Past):
     """Make the shape at the end of the step the present one, of the rods where ``accepted`` is not zero."""
+    if all_of(accepted):
+        for node in range(now.twist.shape[1]):
+            push_whole_level(tile, node, past.third, past.fourth)
+            push_whole_level(tile, node, past.second, past.third)
+            push_whole_level(tile, node, past.first, past.second)
+            push_whole_level(tile, node, now, past.first)
+            push_whole_level(tile, node, star, now)
+        return
     for node in range(now.twist.shape[1]):
         push_level(tile, node, accepted, past.third, past.fourth)
         push_level(tile, node, accepted, past.second, past.third)

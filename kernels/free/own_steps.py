@@ -13,8 +13,8 @@ from warp_rods.kernels.free.motion import (
 )
 from warp_rods.kernels.free.outcome import errors_of_order, find_errors, find_statuses, store_shape
 from warp_rods.kernels.free.state import NOT_CARRIED, Balance, Midpoint, Past, Shape, Swimmers, Trial
-from warp_rods.kernels.free.step import find_slope, find_value, step_shape
-from warp_rods.kernels.lanes import WIDTH, Lanes, any_of, rods_in
+from warp_rods.kernels.free.step import find_value, find_value_and_slope, step_shape
+from warp_rods.kernels.lanes import WIDTH, Lanes, any_of, repeat_last, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.magnus import levels_of_rates
 from warp_rods.kernels.multistep import (
@@ -146,8 +146,7 @@ def advance_past(
     going = plan_steps(tile, rods, pace, midpoint, target[0], trial)
     while any_of(going):
         formulas = formulas_of(tile, pace, trial)
-        find_value(tile, formulas.value, now, past, star)
-        find_slope(tile, formulas.slope, now, past, slope)
+        find_value_and_slope(tile, formulas.value, formulas.slope, now, past, star, slope)
         step_shape(tile, rods, star, slope, formulas.rate, trial.angle, balance)
         find_midpoint_rates(tile, rods, star, balance, trial)
         find_statuses(tile, rods, star, trial)
@@ -165,7 +164,7 @@ def advance_past(
                     accept_step(rod, pace, midpoint, lower[lane] / target[1], error, higher[lane] / target[1], trial)
                 else:
                     reject_step(rod, rods, pace, target[2], error, trial, failed_at)
-        store_shape(tile, accepted, star, now, past)
+        store_shape(tile, repeat_last(tile, trial.end.shape[0], accepted), star, now, past)
         going = plan_steps(tile, rods, pace, midpoint, target[0], trial)
 
 

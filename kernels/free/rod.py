@@ -55,10 +55,14 @@ def find_mobilities(tile: int, rods: Swimmers, balance: Balance):
     """The inverse of the drag along at half nodes and across at nodes, that of contact included; 0 at held ends."""
     one, zero = real(1.0), Lanes()
     for node in range(balance.tension.shape[1]):
-        eta = rods.drag_across[tile, node]
-        balance.axial_mobility[tile, node] = one / (rods.drag_along[tile, node] + balance.load.axial_drag[tile, node])
-        D = balance.load.transverse_drag[tile, node]
-        balance.transverse_mobility[tile, node] = inverse(D + block(eta, zero, zero, eta))
+        along, across = rods.mobility_along[tile, node], rods.mobility_across[tile, node]
+        balance.axial_mobility[tile, node] = along
+        balance.transverse_mobility[tile, node] = block(across, zero, zero, across)
+        if rods.touched == 1:
+            eta = rods.drag_across[tile, node]
+            D = balance.load.transverse_drag[tile, node]
+            balance.axial_mobility[tile, node] = along / (one + along * balance.load.axial_drag[tile, node])
+            balance.transverse_mobility[tile, node] = inverse(D + block(eta, zero, zero, eta))
     hold_mobilities(tile, rods, balance)
 
 
@@ -243,7 +247,7 @@ def roll_rate_after(tile: int, node: int, rods: Swimmers, shape: Shape, balance:
     half = real(0.5)
     here, there = twisting_moment(tile, node, rods, shape.twist), twisting_moment(tile, node + 1, rods, shape.twist)
     f = half * (shape.activity[tile, node] + shape.activity[tile, node + 1])
-    couple = (there - here) / rods.spacing + rods.moment[tile] * f + balance.load.axial_couple[tile, node]
+    couple = (real(1.0) / rods.spacing) * (there - here) + rods.moment[tile] * f + balance.load.axial_couple[tile, node]
     if rods.bent == 1:
         turning = wedge(shape.bending[tile, node], bending_moment(tile, node, rods, shape.bending, balance))
         after = wedge(shape.bending[tile, node + 1], bending_moment(tile, node + 1, rods, shape.bending, balance))

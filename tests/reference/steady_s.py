@@ -7,7 +7,7 @@ u0' = κ u⊥. κ, u0, u⊥, f are odd in s and λ is even.
 import numpy as np
 from scipy.integrate import solve_bvp
 
-from reference.steady_u import TOLERANCE, slopes
+from reference.steady_u import DRAG_RATIO, TOLERANCE, slopes
 
 
 def conditions(start, end, turning):
@@ -37,3 +37,23 @@ def solved(bend: float, turning: float = -2.0):
 def turning_rate(bend: float) -> float:
     """|ω| of the S."""
     return abs(float(solved(bend).p[0]))
+
+
+def rigid_body_rate(curvature: np.ndarray, activity: np.ndarray) -> float:
+    """|ω| of a rigid planar rod with these values [node], on which no moment acts: by the trapezoid rule.
+
+    ∫ (r × t) f ds = ω ∫ [(t·v)² + η (n·v)²] ds, where v is the velocity of a rotation about the middle at the rate 1.
+    """
+    spacing = 1 / (len(curvature) - 1)
+
+    def integral(values):
+        return np.append(0, np.cumsum((values[1:] + values[:-1]) / 2)) * spacing
+
+    angle = integral(curvature)
+    along, across = (np.stack(pair) for pair in ((np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))))
+    place = np.stack([integral(part) for part in along])
+    place -= place[:, [len(curvature) // 2]]
+    moved = np.stack([-place[1], place[0]])
+    forward, sideways = np.sum(moved * along, axis=0), np.sum(moved * across, axis=0)
+    moment = integral(forward * activity)[-1]
+    return abs(float(moment / integral(forward**2 + DRAG_RATIO * sideways**2)[-1]))

@@ -6,7 +6,7 @@ at every node.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -79,11 +79,25 @@ class FixedShape(metaclass=Documented):
         along = rates["axial"][0, middle - 1 : middle + 1].mean()
         return float(np.hypot(along, abs(rates["transverse"][0, middle])))
 
+    @property
+    def angular_speed(self) -> float:
+        """Rate |ω| at which the shape turns in space, radians per ζ∥L/f*."""
+        across = self.rods().rates()["angular_velocity"][0]
+        middle = self.swimmer.nodes // 2
+        return float(np.hypot(abs(across[middle - 1 : middle + 1].mean()), self.spin))
+
+    def released(self) -> FixedShape:
+        """The same shape of a swimmer that may leave its plane and the symmetry under rotation by π.
+
+        Its eigenvalues are those of all perturbations.
+        """
+        return replace(self, swimmer=replace(self.swimmer, planar=False, symmetric=False))
+
     def eigenvalues(self, count: int = 6) -> np.ndarray:
         """Leading ``count`` eigenvalues of the equations linearised about the shape, largest real part first; f*/(ζ∥L).
 
         In the frame that rotates with the shape, without the neutral mode of that rotation. Perturbations are
-        restricted to those of the swimmer: planar, symmetric, or neither.
+        restricted to those of the swimmer: planar, symmetric, or neither; ``released`` lifts both.
         """
         equations = Equations(self.swimmer)
         state = equations.state(self.fields)

@@ -61,7 +61,7 @@ PHASES = {
 
 def phase_map(quick: bool) -> Result:
     """Class of the late motion for each β⊥, M, β∥ and ηr, in one batch of swimmers that start as the coil."""
-    bends, moments = np.geomspace(*BENDS, 6 if quick else 14), np.linspace(*MOMENTS, 5 if quick else 13)
+    bends, moments = np.geomspace(*BENDS, 6 if quick else 12), np.linspace(*MOMENTS, 5 if quick else 9)
     settings = SETTINGS[:1] if quick else SETTINGS
     grid = itertools.product(settings, moments, bends)
     cases = [Case(bend, twist, moment, drag) for (twist, drag), moment, bend in grid]

@@ -16,8 +16,9 @@ from warp_rods.reproductions.swimmers import Case, late_times, simulate
 
 BENDS, MOMENTS = (3e-5, 2e-3), (0.0, 2.4e-2)
 """Ranges of β⊥ and M: those of the boundaries in the text, and beyond."""
-SETTINGS = ((1e-4, 3e-3), (1e-4, 1e-2), (1e-3, 3e-3), (1e-3, 1e-2))
+SETTINGS = tuple(itertools.product((1e-4, 1e-3), (1e-3, 3e-3, 1e-2)))
 """β∥, on both sides of the 2.5e-4 of the text, and ηr, which the text does not give."""
+QUICK = ((1e-4, 3e-3),)
 SOFT_IN_TWIST, LARGE_MOMENT = 2.5e-4, 1.8e-2
 ALONG_BEND, ALONG_MOMENT = 1.25e-4, 6e-3
 """β⊥ of Fig 4.3d and M of Fig 4.3a, at which boundaries are read off."""
@@ -62,7 +63,7 @@ PHASES = {
 def phase_map(quick: bool) -> Result:
     """Class of the late motion for each β⊥, M, β∥ and ηr, in one batch of swimmers that start as the coil."""
     bends, moments = np.geomspace(*BENDS, 6 if quick else 12), np.linspace(*MOMENTS, 5 if quick else 9)
-    settings = SETTINGS[:1] if quick else SETTINGS
+    settings = QUICK if quick else SETTINGS
     grid = itertools.product(settings, moments, bends)
     cases = [Case(bend, twist, moment, drag) for (twist, drag), moment, bend in grid]
     motion = simulate(cases, late_times(16.0 if quick else 30.0))
@@ -133,18 +134,22 @@ def _at(twist: float, drag: float) -> str:
 
 
 def _figure(bends: np.ndarray, moments: np.ndarray, settings: Any, classes: np.ndarray) -> Any:
-    figure = plots.figure(plots.COLUMN, 30 + 35 * len(settings))
-    panels = figure.subplots(len(settings), 1, sharex=True, squeeze=False)[:, 0]
+    columns = len({twist for twist, _ in settings})
+    rows = len(settings) // columns
+    figure = plots.figure(plots.COLUMN if columns == 1 else plots.PAGE, 30 + 35 * rows)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     spacing = moments[1] - moments[0]
     edges = 100 * (np.append(moments, moments[-1] + spacing) - spacing / 2)
-    for axes, (twist, drag), here in zip(panels, settings, classes, strict=True):
+    for axes, (twist, drag), here in zip(panels.T.flat, settings, classes, strict=True):
         draw(axes, cells(bends), edges, here)
         _published(axes, twist, edges[-1])
         axes.set_xscale("log")
         axes.set_title(f"$\\beta_\\parallel$ = {twist:g}, $\\eta_r$ = {drag:g}", loc="right")
+    for axes in panels[:, 0]:
         axes.set_ylabel("active moment $100\\,M$")
-    panels[-1].set_xlabel("bending stiffness $\\beta_\\perp$")
-    legend(figure, classes)
+    for axes in panels[-1]:
+        axes.set_xlabel("bending stiffness $\\beta_\\perp$")
+    legend(figure, classes, 3 if columns == 1 else 7)
     return figure
 
 

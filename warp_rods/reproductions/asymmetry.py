@@ -81,7 +81,7 @@ def instability(quick: bool) -> Result:
         "asymmetry": np.concatenate([curve[1] for curve in curves.values()]),
     }
     rates = {row.quantity.removeprefix(RATE): row.ours for row in rows if row.quantity.startswith(RATE)}
-    note = "ηr of Figs 4.3c, d as there; without `symmetric` a perturbation of 1e-9/L, of all parities, was added"
+    note = "ηr of Figs 4.3c, d as there; a perturbation of 1e-9/L without the symmetry was added to each"
     return Result(_figure(curves, rates), rows, data, (note,))
 
 

@@ -52,7 +52,7 @@ FIXED = {
     "S, planar": Motion(2.5e-3, PLANAR_TWIST, 0.0, 3e-3, {"bend1": "15*sin(2*pi*s)"}, 4.0),
     "twisted S, Fig 4.3c": Motion(*PANELS["c"][:4], COIL, 30.0, UNSTABLE),
 }
-"""Fixed shapes: Figs 4.1e, f and 4.3c."""
+"""Fixed shapes: the U and the S of Fig 4.1f, and Fig 4.3c."""
 FLAPPING = Motion(*PANELS["d"][:4], COIL, 30.0, UNSTABLE)
 NAMES = (*FIXED, "flapping, Fig 4.3d")
 

@@ -144,6 +144,18 @@ def test_motions_are_those_published(outcomes, verified):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize(("name", "within"), [
+    ("U, planar", 0.01), ("S, planar", 0.01), ("twisted S, Fig 4.3c", 0.01), ("flapping, Fig 4.3d", 0.03)
+])  # fmt: skip
+def test_asymmetry_grows_in_runs_as_linear_theory_says(outcomes, name, within, verified):
+    verified(
+        "independent", f"`reproduce asymmetry`: growth in a run about the {name}",
+        measured=ours(outcomes, "asymmetry", f"growth rate of asymmetry in a run: {name}"),
+        expected=ours(outcomes, "asymmetry", f"growth rate of asymmetry, linear theory: {name}"), relative=within,
+        reference="Floquet exponent" if "flapping" in name else "leading eigenvalue of the Jacobian",
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("stored", STORED, ids=lambda stored: f"{stored['name']}: {stored['quantity']}")
 def test_stored_numbers_have_not_changed(outcomes, stored):
     """A regression guard: no check of what is right."""

@@ -5,14 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from reference.exact import cylinder_angles
+from reference.steady_s import turning_rate
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from warp_rods.analysis.crossings import crossings
 from warp_rods.membranes import surfaces
 from warp_rods.membranes.mesh import area_mean, curvatures, triangulate
+from warp_rods.rods.free.rods import FreeRods
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
+from warp_rods.simulation.loop import Simulation
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -39,6 +42,58 @@ def test_scene_runs(path, tmp_path):
     for group in run.data.children.values():
         assert group.sizes["frame"] == 3
         assert np.isfinite(group["position"]).all()
+
+
+def cells_of(name: str, nodes: int = 65) -> FreeRods:
+    """The swimmers of a scene at its start, on this number of nodes."""
+    scene = Scene.load(SCENES / name)
+    cells = scene.swimmers[0].model_copy(update={"nodes": nodes})
+    return Simulation(scene.model_copy(update={"swimmers": (cells,)}), "cpu").ensembles[cells.name]
+
+
+def turning(rods: FreeRods) -> np.ndarray:
+    """Mean angular velocity of the middle frames [rod, 3] over the next time 0.1, in the material frame."""
+    before = Rotation.from_quat(rods.orientation[:, rods.nodes // 2])
+    rods.step(1e-3, 100)
+    return (before.inv() * Rotation.from_quat(rods.orientation[:, rods.nodes // 2])).as_rotvec() / 0.1
+
+
+def test_s_rotors_turn_at_the_rate_of_a_rigid_body(verified):
+    """About the axis of the symmetry, in place."""
+    found = []
+    for nodes in (33, 65):
+        rods = cells_of("s_rotor.toml", nodes)
+        rods.advance_to(4.0, 1e-4)
+        found.append(turning(rods))
+        assert abs(found[-1][:, [0, 2]]).max() < 1e-6
+        np.testing.assert_array_equal(rods.position[:, nodes // 2], [[0, 0, 0], [1.2, 0, 0]])
+    verified(
+        "independent", "`s_rotor.toml`: rate at which the S turns at β⊥ = 2.5e-3 and 1e-3, Δs → 0",
+        measured=(4 * found[1] - found[0])[:, 1] / 3, expected=[-turning_rate(bend) for bend in rods.bend], within=3e-4,
+        reference="boundary value problem by SciPy's `solve_bvp` (tests/reference/steady_s.py): −2.26595, −3.49432",
+    )  # fmt: skip
+
+
+def test_a_straight_swimmer_swims_and_rolls_at_its_exact_rates(verified):
+    rods = cells_of("straight_swimmer.toml")
+    rods.advance_to(4.0, 1e-3)
+    assert abs(rods.strain).max() < 1e-4
+    before = rods.position[0, 32]
+    rolled = turning(rods)[0]
+    speed = np.linalg.norm(rods.position[0, 32] - before) / 0.1
+    verified(
+        "exact", "`straight_swimmer.toml`: speed, and rate of rolling", measured=[speed, rolled[0]],
+        expected=[1.0, 2 / 3], within=1e-5, reference="f*/ζ∥, and M/ηr",
+    )  # fmt: skip
+
+
+def test_an_s_is_lost_without_its_symmetry():
+    """It turns, and then is straight, with flagella that push one way."""
+    rods = cells_of("s_lost.toml")
+    rods.advance_to(0.1, 1e-3)
+    assert turning(rods)[0, 2] < -2
+    rods.advance_to(3.0, 1e-3)
+    assert abs(rods.strain).max() < 0.1 and abs(rods.activity.mean()) > 0.999 and abs(turning(rods)).max() < 0.05
 
 
 def closest_approach(position: np.ndarray) -> float:

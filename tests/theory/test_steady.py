@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from examples.free import in_space, slope
+from reference.steady_s import rigid_body_rate, turning_rate
 from reference.steady_u import amplitude_and_speed
 
 from warp_rods.errors import SceneError
@@ -10,6 +11,7 @@ from warp_rods.rods.modes import coefficients
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.simulation.loop import Simulation
+from warp_rods.theory.floquet import asymmetric_exponents
 from warp_rods.theory.steady import FixedShape, Swimmer, at_rest, settled, start
 from warp_rods.theory.steady_equations import Equations
 from warp_rods.theory.twisted_stability import growth_rates
@@ -87,6 +89,73 @@ def test_the_steady_u_converges_at_second_order_to_the_solution_of_a_boundary_va
         equations = Equations(u.swimmer)
         rates = equations.rates(equations.state(u.fields)[None], u.swimmer.parameters)
         assert np.abs(rates).max() < 1e-11 * bend * (u.swimmer.nodes - 1) ** 4
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    """The planar S at β⊥ = 2.5e-3 on two grids; it has the symmetry about the axis about which it turns."""
+    parameters = {"bend": 2.5e-3, "twist": 1e-3}
+    swimmers = [Swimmer(nodes, parameters, planar=False, symmetric=True) for nodes in (33, 65)]
+    return [settled(swimmer, {"bend1": "15*sin(2*pi*s)"}, time=3.0) for swimmer in swimmers]
+
+
+def test_the_s_turns_at_the_rate_of_a_boundary_value_problem(rotor, verified):
+    exact, found = turning_rate(2.5e-3), np.array([s.angular_speed for s in rotor])
+    verified(
+        "independent", "planar S at β⊥ = 2.5e-3 by Newton's method: |ω|", measured=(4 * found[1] - found[0]) / 3,
+        expected=exact, within=2e-4, reference="boundary value problem by `solve_bvp` (tests/reference/steady_s.py)",
+    )  # fmt: skip
+    verified.order("planar S: order in Δs of ω", measured=slope([32, 64], abs(found - exact)), reference="N = 32, 64")
+    assert all(not s.fields[1:3].any() and s.speed < 1e-12 for s in rotor)
+    balance = [rigid_body_rate(s.fields[0], s.activity) for s in rotor]
+    verified(
+        "independent", "planar S: |ω| of a rigid body of its shape and f", measured=(4 * balance[1] - balance[0]) / 3,
+        expected=exact, within=5e-4, reference="the same boundary value problem",
+    )  # fmt: skip
+
+
+def test_angular_speed_is_that_of_a_simulation(rotating, verified):
+    """Of a shape in space, which also rotates about its tangent: from the places of its nodes."""
+    rods = rotating.rods()
+    arms = []
+    for _ in range(2):
+        places = rods.position[0].astype(float)
+        arms.append(places - places.mean(axis=0))
+        rods.step(1e-3, 100)
+    u, _, vt = np.linalg.svd(arms[0].T @ arms[1])
+    turned = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    verified(
+        "independent", "fixed shape in space: |ω|", measured=rotating.angular_speed,
+        expected=np.arccos((np.trace(turned) - 1) / 2) / 0.1, relative=2e-3, reference="a simulation, Δt = 1e-3",
+    )  # fmt: skip
+
+
+def test_what_the_symmetry_hides_grows_at_the_rate_of_its_eigenvalue(rotor, verified):
+    """Perturbations without the symmetry, in a run that does not impose it; without them the S stays."""
+    shape = rotor[1]
+    leading = shape.released().eigenvalues(1)[0]
+    assert leading.real > 30 and shape.eigenvalues(1)[0].real < 4
+    s = np.linspace(-0.5, 0.5, 65)
+    bent = 1e-8 * np.cos(np.pi * s) ** 2 * np.array([[1.0], [0.0], [0.0], [0.0]])
+    rods = FixedShape(shape.released().swimmer, shape.fields + bent).rods()
+    sizes = []
+    for _ in range(16):
+        rods.step(2e-4, 100)
+        k = rods.rates()["bending"][0].real
+        sizes.append(abs(k + k[::-1]).max())
+    assert 1e-6 < sizes[-1] < 1e-2
+    verified(
+        "independent", "planar S without its symmetry: growth rate",
+        measured=np.polyfit(0.02 * np.arange(10), np.log(sizes[6:]), 1)[0], expected=leading.real, relative=0.01,
+        reference="Re μ of the Jacobian; Δt = 2e-4",
+    )  # fmt: skip
+    exponents = asymmetric_exponents(shape.swimmer, np.array(3 * [shape.fields]), 0.06, 1)
+    np.testing.assert_allclose(exponents, leading, rtol=1e-6)  # of a motion that is periodic in any time
+
+
+def test_a_cycle_without_the_symmetry_is_refused(rotor):
+    with pytest.raises(SceneError, match="cycle: must have the symmetry"):
+        asymmetric_exponents(rotor[0].swimmer, rotor[0].fields[None] + 0.1, 1.0)
 
 
 def test_a_fixed_shape_in_space_only_rotates(rotating, verified):

@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple
 
 from warp_rods.reproductions import (
+    asymmetry,
     attractors,
     bridge,
     critical,
@@ -20,6 +21,7 @@ from warp_rods.reproductions import (
     phase,
     rotational_drag,
     sensors,
+    space,
     speeds,
     stiffness,
     symmetric,
@@ -57,6 +59,10 @@ REPRODUCTIONS: dict[str, Reproduction] = {
     "fig4.3e": Reproduction("swimming speed against active moment", speeds.against_moment, 2),
     "fig4.3f": Reproduction("swimming speed against bending stiffness", speeds.against_stiffness, 2),
     "fig4.3map": Reproduction("class of motion of Fig 4.3a–d over the rotational drag", rotational_drag.class_map, 2.5),
+    "asymmetry": Reproduction(
+        "growth of asymmetric perturbations of the U, the S and Figs 4.3c, d (§4.4)", asymmetry.instability, 1.5
+    ),
+    "phases": Reproduction("classes of motion in space over β⊥ and M, with published boundaries", space.phase_map, 1.2),
     "thresholds": Reproduction("fold and Hopf point of the U-swimmer, onset of flapping", thresholds.thresholds, 0.6),
     "fig5.3": Reproduction("growth and buckling of a filament on the bridge between two cells", bridge.grow, 0.3),
     "fig5.4": Reproduction("100 proteins that prefer positive curvature, with and without twist", sensors.positive, 5),

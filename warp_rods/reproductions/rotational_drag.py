@@ -11,11 +11,10 @@ from warp_rods.analysis.motion import speed
 from warp_rods.analysis.motion_class import CLASSES, shape_class
 from warp_rods.draw import plots
 from warp_rods.reproductions.attractors import PANELS
+from warp_rods.reproductions.drawn_classes import CLASS_COLOURS, cells, draw, legend
 from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.reproductions.swimmers import STARTS, Case, late_times, simulate
 
-CLASS_COLOURS = {name: plots.OKABE_ITO[i] for i, name in enumerate(("twisted-U", "flapping", "S", "waving"))}
-CLASS_COLOURS |= {"U": "#56B4E9", "straight": "0.85", "irregular": "0.55"}
 DRAG_RANGE = (1e-4, 3e-2)
 """Range of ηr. Slender cells have (0.5…2) ln(L/a)(a/L)², which is 2e-4 … 1.5e-2."""
 
@@ -54,21 +53,10 @@ def _range_row(letter: str, motion: str, drags: np.ndarray, agrees: np.ndarray) 
 
 
 def _figure(drags: np.ndarray, starts: list[str], classes: np.ndarray) -> Any:
-    from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
-
     figure = plots.figure(plots.COLUMN, 105)
     panels = figure.subplots(len(PANELS), 1, sharex=True)
-    order = list(CLASS_COLOURS)
-    edges = np.sqrt(drags[:-1] * drags[1:])
-    edges = np.concatenate([[drags[0] ** 2 / edges[0]], edges, [drags[-1] ** 2 / edges[-1]]])
     for axes, (letter, panel), found in zip(panels, PANELS.items(), classes, strict=True):
-        numbers = np.vectorize(order.index)(found).T
-        colours = ListedColormap(list(CLASS_COLOURS.values()))
-        axes.pcolormesh(
-            edges, np.arange(len(starts) + 1), numbers, cmap=colours, vmin=-0.5, vmax=len(order) - 0.5,
-            edgecolors="white", linewidth=0.4,
-        )  # fmt: skip
+        draw(axes, cells(drags), np.arange(len(starts) + 1), found.T)
         axes.set_yticks(np.arange(len(starts)) + 0.5, starts, fontsize=5)
         axes.tick_params(length=0, axis="y")
         axes.set_xscale("log")
@@ -79,8 +67,5 @@ def _figure(drags: np.ndarray, starts: list[str], classes: np.ndarray) -> Any:
     panels[-1].set_xlabel(
         "rotational drag $\\eta_r$ ($\\zeta_r/\\zeta_\\parallel L^2$); dotted: value used for Fig 4.3"
     )
-    shown = [name for name in order if name in classes]
-    figure.legend(
-        handles=[Patch(color=CLASS_COLOURS[name], label=name) for name in shown], loc="outside lower center", ncols=3
-    )
+    legend(figure, classes)
     return figure

@@ -9,8 +9,8 @@ import numpy as np
 from warp_rods.analysis.motion import instantaneous_speed, speed
 from warp_rods.analysis.motion_class import shape_class
 from warp_rods.draw import plots
+from warp_rods.reproductions.drawn_classes import CLASS_COLOURS
 from warp_rods.reproductions.result import Comparison, Result
-from warp_rods.reproductions.rotational_drag import CLASS_COLOURS
 from warp_rods.reproductions.swimmers import LATE, Case, late_times, simulate
 
 TWIST = 2.5e-4

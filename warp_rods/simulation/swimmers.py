@@ -100,5 +100,5 @@ def _symmetric_start(table: SwimmersTable, rods: FreeRods) -> list[str]:
         f"{table.name}: {count} of {table.count} rods start with the symmetry under rotation by π, which the equations "
         f"keep: where such a shape is unstable, round-off chooses the side to which it breaks, and the direction of "
         f"swimming, and another step may reverse it. shape.perturbation = 1e-3 lets the seed choose; symmetric = true "
-        f"keeps the symmetry of even shapes"
+        f"keeps the symmetry of shapes with even bend2 and odd bend1"
     ]

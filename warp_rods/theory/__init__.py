@@ -5,6 +5,7 @@ twisted_stability                    growth rates of straight swimmers twisted b
 tension                              the tension as a series (C.1)
 symmetry                             the symmetry under rotation by π (C.4)
 steady, steady_equations             fixed shapes of swimmers by Newton's method, and their eigenvalues
+floquet                              growth of what breaks the symmetry of a periodic motion
 continuation                         branches of fixed shapes: folds, Hopf bifurcations and branch points
 buckling                             equilibria of clamped filaments, and the length at which they buckle
 """

@@ -6,7 +6,7 @@ at every node.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -64,10 +64,7 @@ class FixedShape(metaclass=Documented):
         return self.swimmer.rods(self.fields[None], self.swimmer.parameters, self.swimmer.symmetric)
 
     def write_scene(self, path: str | Path, end: float = 10.0, name: str = "cell") -> Path:
-        """Write a scene that starts from exactly this shape, which is in a file ``.npz`` beside it; returns its path.
-
-        Files of these names are replaced. Raises SceneError where it cannot be written.
-        """
+        """Write, or replace, a scene that starts from this shape, in a ``.npz`` beside it; SceneError if impossible."""
         from warp_rods.theory.steady_scene import write_scene
 
         return write_scene(self, path, end, name)
@@ -79,11 +76,21 @@ class FixedShape(metaclass=Documented):
         along = rates["axial"][0, middle - 1 : middle + 1].mean()
         return float(np.hypot(along, abs(rates["transverse"][0, middle])))
 
+    @property
+    def angular_speed(self) -> float:
+        """Rate |ω| at which the shape turns in space, radians per ζ∥L/f*."""
+        across = self.rods().rates()["angular_velocity"][0]
+        middle = self.swimmer.nodes // 2
+        return float(np.hypot(abs(across[middle - 1 : middle + 1].mean()), self.spin))
+
+    def released(self) -> FixedShape:
+        """The same shape, free to leave its plane and symmetry: its eigenvalues are those of all perturbations."""
+        return replace(self, swimmer=replace(self.swimmer, planar=False, symmetric=False))
+
     def eigenvalues(self, count: int = 6) -> np.ndarray:
         """Leading ``count`` eigenvalues of the equations linearised about the shape, largest real part first; f*/(ζ∥L).
 
-        In the frame that rotates with the shape, without the neutral mode of that rotation. Perturbations are
-        restricted to those of the swimmer: planar, symmetric, or neither.
+        In the frame that rotates with it, without that neutral mode. Perturbations are those of the swimmer only.
         """
         equations = Equations(self.swimmer)
         state = equations.state(self.fields)
@@ -91,10 +98,7 @@ class FixedShape(metaclass=Documented):
 
 
 def at_rest(shape: FixedShape) -> FixedShape:
-    """The fixed shape next to ``shape``, stable or not, by Newton's method; exact to round-off.
-
-    Raises ArithmeticError where none is found, and where fixed shapes form a continuum (D = 0).
-    """
+    """The fixed shape next to ``shape``, stable or not, by Newton's method; ArithmeticError if none or many (D = 0)."""
     equations, parameters = Equations(shape.swimmer), shape.swimmer.parameters
     state = equations.state(shape.fields)
     spin = equations.spin(state)
@@ -126,8 +130,7 @@ def settled(
 ) -> FixedShape:
     """The fixed shape that a swimmer reaches: a simulation of duration ``time``, then Newton's method.
 
-    shape, flagella: initial shape and profile as ``FreeRods`` takes them. step: Δt; chosen by error if left out. Raises
-    ArithmeticError where the simulation ends far from any fixed shape.
+    shape, flagella: as ``FreeRods`` takes them. step: Δt, or by error. ArithmeticError where it ends far from any.
     """
     profile = flagella if swimmer.held is None else np.array(swimmer.held)
     given: dict[str, Any] = dict(swimmer.parameters)

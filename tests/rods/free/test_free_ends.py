@@ -45,44 +45,35 @@ def extrapolated(values):
 NODES = (17, 33, 65)
 
 
-def test_flutter_of_a_clamped_rod_pushed_at_its_tip(verified):
-    def at(nodes):
-        return threshold(
-            37.2, 38.2, lambda F: spectrum(nodes, ("clamped", {"thrust": -F}), bend=1.0, flagella=None)
-        )  # fmt: skip
-
-    (load, frequency), orders = extrapolated([at(nodes) for nodes in NODES])
-    verified.order("tip follower force: threshold, in Δs", measured=orders[0], reference="spacings halved twice")
-    verified(
-        "exact", "tip follower force: F L²/b at the threshold", measured=load, expected=37.695, within=0.02,
-        reference="linear theory of the continuum",
-    )  # fmt: skip
-    verified(
-        "exact", "tip follower force: ω ζ⊥L⁴/b at the threshold", measured=frequency, expected=191.26, within=0.1,
-        reference="linear theory of the continuum",
-    )  # fmt: skip
+def pushed_at_the_tip(nodes, load):
+    return spectrum(nodes, ("clamped", {"thrust": -load}), bend=1.0, flagella=None)
 
 
-def test_flutter_of_a_clamped_rod_pushed_along_it(verified):
+def pushed_along(nodes, load):
     """Uniform flagella push towards the clamp at the last end."""
+    push = {"profile": "uniform", "law": "held"}
+    return load * spectrum(nodes, ("free", "clamped"), bend=1 / load, flagella=push)
 
-    def at(nodes):
-        def leading(f):
-            push = {"profile": "uniform", "law": "held"}
-            return f * spectrum(nodes, ("free", "clamped"), bend=1 / f, flagella=push)
 
-        return threshold(75.6, 76.6, leading)
+FOLLOWERS = {
+    "tip follower force": (pushed_at_the_tip, (37.2, 38.2), "F L²/b", (37.695, 0.02), (191.26, 0.1)),
+    "follower force along a rod": (pushed_along, (75.6, 76.6), "f L³/b", (76.10, 0.03), (196.6, 0.1)),
+}
+"""Spectrum at a load, loads on both sides of the threshold, the load's name, load and ω there with tolerances."""
 
-    (load, frequency), orders = extrapolated([at(nodes) for nodes in NODES])
-    verified.order("follower force along: threshold, in Δs", measured=orders[0], reference="spacings halved twice")
-    verified(
-        "exact", "follower force along a rod: f L³/b at the threshold", measured=load, expected=76.10, within=0.03,
-        reference="linear theory of the continuum",
-    )  # fmt: skip
-    verified(
-        "exact", "follower force along a rod: ω ζ⊥L⁴/b", measured=frequency, expected=196.6, within=0.1,
-        reference="linear theory of the continuum",
-    )  # fmt: skip
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+def test_a_clamped_rod_under_a_follower_force_flutters(name, verified):
+    spectrum_at, between, load_name, threshold_known, frequency_known = FOLLOWERS[name]
+    at_threshold = [threshold(*between, lambda load, n=nodes: spectrum_at(n, load)) for nodes in NODES]
+    found, orders = extrapolated(at_threshold)
+    verified.order(f"{name}: threshold, in Δs", measured=orders[0], reference="spacings halved twice")
+    quantities = (f"{load_name} at the threshold", "ω ζ⊥L⁴/b at the threshold")
+    for quantity, measured, known in zip(quantities, found, (threshold_known, frequency_known), strict=True):
+        verified(
+            "exact", f"{name}: {quantity}", measured=measured, expected=known[0], within=known[1],
+            reference="linear theory of the continuum",
+        )  # fmt: skip
 
 
 def test_a_turned_rod_whirls(verified):

@@ -63,4 +63,7 @@ def check_symmetry(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray)
     }
     for name, residual in residuals.items():
         if residual > SYMMETRIC:
-            raise SceneError(f"symmetric = true: the {name} at the start lacks the symmetry (C.49); even modes have it")
+            raise SceneError(
+                f"symmetric = true: the {name} at the start lacks the symmetry (C.49); even modes have it, and bending "
+                f'with odd bend1 and even bend2, such as bend1 = "15*sin(2*pi*s)"'
+            )

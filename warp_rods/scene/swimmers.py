@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import AfterValidator, Field
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
+from warp_rods.scene.body import BodyTable
 from warp_rods.scene.checks import Faults, Table
 from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
@@ -50,6 +51,9 @@ class SwimmersTable(EnsembleTable):
 
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES), AfterValidator(_odd)]] = Field(
         description='an odd whole number, 17 or more, at most 100 000, or "auto"'
+    )
+    body: BodyTable | None = Field(
+        default=None, description="a table { length, diameter, viscosity, speed } in SI, or thrust in place of speed"
     )
     bend: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     twist: PositiveAlong = Field(description="a positive number" + OR_ALONG)

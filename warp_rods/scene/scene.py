@@ -8,7 +8,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.dimensions import UnitFault, in_scene_units
+from warp_rods.scene.ends import EndTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flows import FlowTable
 from warp_rods.scene.outside import ForceTable, Gravity
@@ -61,7 +62,7 @@ class Scene(Table):
             super().__init__(**read)
         except ValidationError as error:
             raise SceneError(_message(error.errors(include_url=False), faults)) from None
-        if faults:
+        if faults := [*faults, *_late(self)]:
             raise SceneError(_message([], faults))
 
     @classmethod
@@ -175,6 +176,8 @@ def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
     owners = [(table, "file") for table in surfaces] + [
         (t.get("shape"), key) for t in rods for key in ("points", "run")
     ]
+    ends = [end for t in rods if isinstance(pair := t.get("ends"), list) for end in pair]
+    owners += [(end.get(key), "file") for end in ends if isinstance(end, dict) for key in ("motion", "rotation")]
     found = False
     for table, key in owners:
         value = table.get(key) if isinstance(table, dict) else None
@@ -249,6 +252,15 @@ def _aim_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         for name in table.get("on") or ()
         if name not in known
     ]
+
+
+def _late(scene: Scene) -> Iterator[UnitFault]:
+    """Tables of motions that end before the run."""
+    for i, table in enumerate(scene.swimmers):
+        for j, end in enumerate(table.ends or ()):
+            if isinstance(end, EndTable) and end.until < scene.time.end:
+                text = f": a table of its motion ends at {end.until:g}, before time.end = {scene.time.end:g}: "
+                yield ("swimmers", i, "ends", j), text + "go on with it, or let it be periodic"
 
 
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:

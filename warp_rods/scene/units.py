@@ -67,6 +67,11 @@ class Units(Table):
         return metres(self.length)
 
     @property
+    def said(self) -> str:
+        """The units on one line, as ``Scale.read`` takes them: "length 1 um, time 1 s"."""
+        return ", ".join(f"{key} {value}" for key, value in self.model_dump(exclude_none=True).items())
+
+    @property
     def scale(self) -> Scale:
         """The units as numbers."""
         return Scale.of(self.model_dump(exclude_none=True))
@@ -90,6 +95,11 @@ class Scale:
             if given == dimension and value > 0:
                 found[key] = value
         return cls(found)
+
+    @classmethod
+    def read(cls, said: str) -> Scale:
+        """From ``Units.said``; without units from any other text."""
+        return cls.of(dict(part.split(" ", 1) for part in said.split(", ") if " " in part))
 
     def missing(self, dimension: Dimension) -> list[str]:
         """Keys of [units] that quantities of this dimension need, and that are not given."""

@@ -1,7 +1,8 @@
 """warp_rods: geometrically exact Kirchhoff rods at low Reynolds number, in batches, on NVIDIA Warp.
 
 Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
-Your own loop     FreeRods, BoundRods, CosseratRods, Flagella, moment_from_flagella, surfaces, Surface, Status
+Your own loop     FreeRods, BoundRods, CosseratRods, Flagella, surfaces, Surface, Status
+Real cells        moment_from_flagella, drag_of_rod
 Measured shapes   from_centreline
 Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics
 Geometry          frames, RigidBody

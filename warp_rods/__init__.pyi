@@ -19,6 +19,7 @@ from .rods.ensemble import Ensemble
 from .rods.free.flagella import Flagella
 from .rods.free.rods import FreeRods
 from .rods.status import Status
+from .scene.body import drag_of_rod
 from .scene.moment import moment_from_flagella
 from .scene.scene import Scene
 from .simulation.hooks import every
@@ -51,6 +52,7 @@ __all__ = [
     "buckling",
     "continuation",
     "diagnostics",
+    "drag_of_rod",
     "errors",
     "every",
     "export_usd",

@@ -19,7 +19,7 @@ from warp_rods.documented import Documented
 
 __all__ = [
     "ALLOWED", "FormulaError", "check", "function_of_arc_length", "function_of_arrays", "function_of_time",
-    "usable_name",
+    "usable_name", "with_numbers",
 ]  # fmt: skip
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
@@ -88,19 +88,47 @@ def function_of_time(text: str) -> Callable[[float], float]:
 
 
 @functools.lru_cache(maxsize=64)
-def function_of_arc_length(text: str) -> Callable[[float], float]:
-    """The function of arc length defined by a formula in s, from −1/2 to 1/2; otherwise as ``function_of_time``."""
-    return _function_of("s", text)
+def function_of_arc_length(text: str, parameters: tuple[str, ...] = ()) -> Callable[..., float]:
+    """The function of arc length defined by a formula in s, from −1/2 to 1/2; otherwise as ``function_of_time``.
+
+    Parameters with these names are given to the function by keyword; its attribute ``names`` are those that occur.
+    """
+    return _function_of("s", text, parameters)
 
 
-def _function_of(variable: str, text: str) -> Callable[[float], float]:
-    allowed = _allowed_in(variable)
+def _function_of(variable: str, text: str, parameters: tuple[str, ...] = ()) -> Callable[..., float]:
+    allowed = _allowed_in(", ".join((variable, *parameters)))
     tree = syntax_tree(text.strip(), allowed)
-    reader = FormulaReader({variable: FORM}, allowed)
+    reader = FormulaReader(dict.fromkeys((variable, *parameters), FORM), allowed)
     reader.read(tree)
-    if variable not in reader.used:
+    if not reader.used:
         raise FormulaError(f"{variable} does not occur in it; write a constant without quotes")
-    return lambda value: FormulaReader({variable: float(value)}, allowed).read(tree)
+
+    def function(value: float, **numbers: float) -> float:
+        return FormulaReader({variable: float(value), **numbers}, allowed).read(tree)
+
+    function.names = frozenset(reader.used)  # type: ignore[attr-defined]
+    return function
+
+
+def with_numbers(text: str, numbers: Mapping[str, float]) -> str:
+    """The formula with numbers in place of names; raises FormulaError for a text that cannot be read."""
+    tree = syntax_tree(text.strip(), "")
+    return ast.unparse(_Numbers(numbers).visit(tree)) if numbers else text
+
+
+class _Numbers(ast.NodeTransformer):
+    """Puts numbers in place of names; negative ones with a sign of their own, before which a power is taken."""
+
+    def __init__(self, numbers: Mapping[str, float]):
+        self.numbers = numbers
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id not in self.numbers:
+            return node
+        value = float(self.numbers[node.id])
+        size = ast.Constant(abs(value))
+        return ast.UnaryOp(ast.USub(), size) if value < 0 else size
 
 
 def function_of_arrays(text: str, names: Sequence[str]) -> Callable[..., Any]:

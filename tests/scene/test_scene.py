@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from warp_rods.errors import SceneError
 from warp_rods.rods.per_rod import each_node, each_rod
 from warp_rods.scene.scene import Scene
-from warp_rods.scene.tables import metres
+from warp_rods.scene.units import metres
 
 
 def test_a_scene_with_all_tables_is_read():

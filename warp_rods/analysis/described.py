@@ -1,6 +1,6 @@
 """Functions for all measures: check the variables that they need, and label the DataArray that they return.
 
-Units of length, force and time are those of the trajectory.
+Units of length, force and time are those of the trajectory; where its scene has [units], they are named in SI.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+
+from warp_rods.scene.units import Scale
 
 FRAMES = ("frame", "rod")
 
@@ -28,7 +30,8 @@ def attributes(units: str, long_name: str, source: str = "") -> dict[str, str]:
 def described(
     dataset: xr.Dataset, dims: Sequence[str], values: Any, units: str, long_name: str, source: str
 ) -> xr.DataArray:
-    """A DataArray of values with these dimensions, the time of each frame, and attributes."""
+    """A DataArray of values with these dimensions, the time of each frame, and attributes; units in SI where known."""
+    units = Scale.read(dataset.attrs.get("units", "")).in_si(units)
     coords = {"time": dataset["time"]} if "frame" in dims and "time" in dataset.coords else {}
     return xr.DataArray(values, dims=tuple(dims), coords=coords, attrs=attributes(units, long_name, source))
 
@@ -80,3 +83,9 @@ def rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
     if len(time) < 3:
         raise ValueError(f"a rate of change needs three frames or more; there are {len(time)}")
     return np.gradient(values, time, axis=0, edge_order=2)
+
+
+def in_si(dataset: xr.Dataset, units: str) -> tuple[float, str]:
+    """One of these units of the data in SI, and what it is called; 1 and nothing where the data have no such units."""
+    number, _, unit = Scale.read(dataset.attrs.get("units", "")).in_si(units).partition(" ")
+    return (float(number), f" {unit}") if unit else (1.0, "")

@@ -6,13 +6,13 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from warp_rods.analysis.described import without_failed
+from warp_rods.analysis.described import in_si, without_failed
 
 
 def summary(data: xr.DataTree, order: list[str]) -> Table:
     """Mean energy and ⟨𝒦⟩ (start → end) or mean speed, largest residuals of the constraints, number of failed rods.
 
-    Failed rods count in the last column only.
+    In SI where the scene has [units]. Failed rods count in the last column only.
     """
     table = Table("ensemble", "rods", "mean energy", "⟨𝒦⟩ or speed", "largest residuals", "failed")
     for name in order:
@@ -25,14 +25,15 @@ def summary(data: xr.DataTree, order: list[str]) -> Table:
 
 def _cells(d: xr.Dataset) -> tuple[str, str, str]:
     """Mean energy, ⟨𝒦⟩ or mean speed, and residuals."""
-    first, last = d.isel(frame=0), d.isel(frame=-1)
-    gauss = _change(float(first.gauss.mean()), float(last.gauss.mean())) if "gauss" in d else _speed(d)
-    energy = _change(float(first.energy.mean()), float(last.energy.mean())) if "energy" in d else "–"
-    return energy, gauss, _residual(d)
+    gauss = _change(d, "gauss", "1/length^2") if "gauss" in d else _speed(d)
+    return _change(d, "energy", "force*length") if "energy" in d else "–", gauss, _residual(d)
 
 
-def _change(first: float, last: float) -> str:
-    return f"{first:.4g} → {last:.4g}"
+def _change(d: xr.Dataset, name: str, units: str) -> str:
+    """The mean over the rods in the first and in the last frame."""
+    factor, unit = in_si(d, units)
+    first, last = (factor * float(d[name].isel(frame=frame).mean()) for frame in (0, -1))
+    return f"{first:.4g} → {last:.4g}{unit}"
 
 
 def _speed(d: xr.Dataset) -> str:
@@ -40,7 +41,8 @@ def _speed(d: xr.Dataset) -> str:
     middle = d.position.isel(node=d.sizes["node"] // 2)
     displacement = middle.isel(frame=-1) - middle.isel(frame=0)
     span = float(d.time[-1] - d.time[0])
-    return f"{float(np.linalg.norm(displacement, axis=-1).mean()) / span:.4g}" if span > 0 else "–"
+    factor, unit = in_si(d, "length/time")
+    return f"{factor * float(np.linalg.norm(displacement, axis=-1).mean()) / span:.4g}{unit}" if span > 0 else "–"
 
 
 def _residual(d: xr.Dataset) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from warp_rods.centrelines.track import Track, TrackError, chosen_frame, listed, metres_of
 
-__all__ = ["read_array", "read_table"]
+__all__ = ["read_array", "read_motion", "read_table"]
 
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 FRAMES = ("frame", "time", "t")
@@ -41,6 +41,37 @@ def read_table(path: Path, frame: int | None = None, time: float | None = None) 
     index = chosen_frame(times.tolist(), frame, time)
     chosen = f"{header[marks[0]]} {times[index]:g}" if len(times) > 1 else ""
     return Track(points[of_row == times[index]], metres, chosen)
+
+
+def read_motion(path: Path) -> dict[str, np.ndarray]:
+    """Times [time] and points [time, 3] of a motion: columns t, x, y and perhaps z, or an array [time, 3 or 4].
+
+    By their names in a header, t or time, x, y, z, or in this order. Raises TrackError, and OSError.
+    """
+    if path.suffix == ".npy":
+        values = np.load(path, allow_pickle=False)
+    else:
+        rows = _rows(path.read_text(encoding="utf-8-sig"))
+        header = [cell.lower() for cell in rows[0]] if any(_number(cell) is None for cell in rows[0]) else []
+        columns = _columns_of_motion(header) if header else list(range(len(rows[0])))
+        values = _numbers(rows[1:] if header else rows, columns)
+    if values.ndim != 2 or values.shape[1] not in (3, 4) or not len(values) or values.dtype.kind not in "fiu":
+        raise TrackError(f"must have columns t, x, y and perhaps z; has the shape {values.shape}")
+    if not np.isfinite(values).all():
+        raise TrackError(f"has no number in row {int((~np.isfinite(values)).any(axis=1).argmax())}")
+    points = np.zeros((len(values), 3))
+    points[:, : values.shape[1] - 1] = values[:, 1:]
+    return {"times": values[:, 0].astype(float), "points": points}
+
+
+def _columns_of_motion(header: list[str]) -> list[int]:
+    """The columns of t, x, y and perhaps z."""
+    words = [set(_tokens(name)) for name in header]
+    named = [{"t", "time"}, {"x"}, {"y"}, {"z"}]
+    found = [next((i for i, own in enumerate(words) if own & names), None) for names in named]
+    if None in found[:3]:
+        raise TrackError(f"must have columns named t, x, y and perhaps z; has {', '.join(header)}")
+    return [i for i in found if i is not None]
 
 
 def _rows(text: str) -> list[list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,21 @@ ALLOWED = "a number, one for each rod, values [rod, node], a formula in s, or on
 class Along:
     """A parameter along rods: ``values`` [rod], or [rod, node] where it changes along them.
 
-    varies: whether it changes in time; ``at(t)`` are the values [rod, node] then.
+    named: parameters of the formulas [rod] by name. varies: whether it changes in time; ``at(t)`` are the values
+    [rod, node] then.
     """
 
-    def __init__(self, name: str, given: Any, count: int, nodes: int, rule: str, in_time: bool = False):
-        self.name, self._shape = name, (count, nodes)
+    def __init__(
+        self,
+        name: str,
+        given: Any,
+        count: int,
+        nodes: int,
+        rule: str,
+        in_time: bool = False,
+        named: Mapping[str, np.ndarray] | None = None,
+    ):
+        self.name, self._shape, self._named = name, (count, nodes), dict(named or {})
         self._formulas: list[Callable[..., np.ndarray]] = []
         self.varies = False
         texts = _texts(given)
@@ -30,7 +40,7 @@ class Along:
         else:
             if len(texts) not in (1, count):
                 raise SceneError(f"{name}: has {len(texts)} formulas; give one, or {count}, one for each rod")
-            names = ("s", "t") if in_time else ("s",)
+            names = (*(("s", "t") if in_time else ("s",)), *self._named)
             self._formulas = [self._formula(text, names) for text in texts]
             self.varies = any("t" in formula.names for formula in self._formulas)  # type: ignore[attr-defined]
             self.values = self.at(0.0)
@@ -40,13 +50,22 @@ class Along:
         """Values [rod, node] of formulas at a time; raises SceneError where one has none."""
         s = np.linspace(-0.5, 0.5, self._shape[1])
         try:
-            rows = [np.broadcast_to(formula(s=s, t=np.float64(time)), s.shape) for formula in self._formulas]
+            if len(self._formulas) == 1:
+                columns = {name: numbers[:, None] for name, numbers in self._named.items()}
+                found = np.array(np.broadcast_to(self._formulas[0](s=s, t=np.float64(time), **columns), self._shape))
+            else:
+                rows = [self._row(rod, s, time) for rod in range(len(self._formulas))]
+                found = np.stack(rows)
         except FormulaError as error:
             raise SceneError(f"{self.name}: {error}") from None
-        found = np.array(np.broadcast_to(np.stack(rows), self._shape))
         if not np.isfinite(found).all():
             raise SceneError(f"{self.name}: a formula has no finite value at t = {time:g}")
         return found
+
+    def _row(self, rod: int, s: np.ndarray, time: float) -> np.ndarray:
+        """Values [node] of the formula of one rod."""
+        own = {name: numbers[rod] for name, numbers in self._named.items()}
+        return np.broadcast_to(self._formulas[rod](s=s, t=np.float64(time), **own), s.shape)
 
     def _numbers(self, given: Any) -> np.ndarray:
         read = arguments.reals(self.name, given)

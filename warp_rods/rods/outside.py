@@ -16,7 +16,7 @@ from warp_rods.kernels import outside as kernels
 from warp_rods.kernels.layout import constant_zero, per_node
 from warp_rods.rods.per_rod import parameter
 from warp_rods.scene.checks import read_table
-from warp_rods.scene.flows import FLOWS, FlowTable, Profile
+from warp_rods.scene.flows import FlowTable, Profile
 from warp_rods.scene.outside import ForceTable
 
 __all__ = ["Outside"]
@@ -35,7 +35,7 @@ class Outside:
         self.flow = None if flow is None else read_table(FlowTable, flow, "flow")
         self._profile: Profile | tuple | None = None
         if self.flow is not None:
-            self._profile = FLOWS[self.flow.kind].flow(self.flow.values)
+            self._profile = self.flow.formulas
         weight = (0.0, 0.0, 0.0) if gravity is None else gravity
         self._weight = parameter("gravity", weight, count, (arguments.ANY,) * 3)
         self._tables = _tables(forces)
@@ -101,8 +101,7 @@ class Outside:
             found.append(kernels.flow_kernel(kernels.profile_flow))
         try:
             if isinstance(self._profile, tuple):
-                texts = tuple(part if isinstance(part, str) else repr(part) for part in self._profile)
-                found.append(kernels.flow_kernel(flow(texts)))
+                found.append(kernels.flow_kernel(flow(self._profile)))
         except FormulaError as error:
             raise SceneError(f"flow.velocity: {error}") from None
         try:

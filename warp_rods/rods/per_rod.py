@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.formula import FormulaError, function_of_arc_length
+from warp_rods.formula import FormulaError, function_of_arc_length, usable_name, with_numbers
+from warp_rods.scene.parameters import VARIABLES
 
 ORTHONORMAL = 1e-6
 """Larger errors of RᵀR are not regarded as round-off."""
@@ -37,21 +39,59 @@ def each_node(values: Any, count: int, nodes: int) -> np.ndarray:
     return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), (nodes,)) for row in rows])
 
 
-def along(name: str, value: Any, s: np.ndarray) -> np.ndarray:
-    """Values [node] of a formula of s at arc lengths s [node], −1/2 to 1/2, or of a number; raises SceneError."""
+def named_numbers(given: Any, count: int) -> dict[str, np.ndarray]:
+    """Parameters of formulas [rod] by name, from numbers or lists with one for each rod; raises SceneError."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise arguments.wrong("parameters", given, "numbers by name, such as {'k': 7.0}, or None")
+    for name in given:
+        if not isinstance(name, str) or not usable_name(name) or name in VARIABLES:
+            raise SceneError(f"parameters: {name!r} has a meaning in formulas, or is no name: use another one")
+    return {name: parameter(f"parameters.{name}", value, count, arguments.ANY) for name, value in given.items()}
+
+
+def along(name: str, value: Any, s: np.ndarray, named: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
+    """Values [node] of a formula of s at arc lengths s [node], −1/2 to 1/2, or of a number; raises SceneError.
+
+    named: parameters of the formula [rod]; the values are then [rod, node] where one of them occurs.
+    """
     if not isinstance(value, str):
         return np.full(len(s), arguments.real(name, value, arguments.ANY))
     try:
-        function = function_of_arc_length(value)
+        function = function_of_arc_length(value, tuple(named or ()))
     except FormulaError as error:
         raise SceneError(f"{name} = {value!r}: {error}") from None
-    values = np.empty(len(s))
-    for node, at in enumerate(s):
+    own = {key: numbers for key, numbers in (named or {}).items() if key in function.names}  # type: ignore[attr-defined]
+    rows = [dict(zip(own, numbers, strict=True)) for numbers in zip(*own.values(), strict=True)] if own else [{}]
+    values = np.empty((len(rows), len(s)))
+    for (rod, node), _ in np.ndenumerate(values):
         try:
-            values[node] = function(at)
+            values[rod, node] = function(s[node], **{key: float(number) for key, number in rows[rod].items()})
         except FormulaError as error:
-            raise SceneError(f"{name} = {value!r}: at s = {at:.4g}, {error}") from None
-    return values
+            raise SceneError(f"{name} = {value!r}: at s = {s[node]:.4g}, {error}") from None
+    return values if own else values[0]
+
+
+def with_named(value: Any, named: Mapping[str, np.ndarray]) -> list[Any]:
+    """A value with numbers in place of the parameters [rod] in its formulas: once, or for each rod where they differ.
+
+    value: any lists of numbers and formulas.
+    """
+    alike = all((numbers == numbers[0]).all() for numbers in named.values())
+    count = 1 if alike else len(next(iter(named.values())))
+
+    def numbered(part: Any, rod: int) -> Any:
+        if isinstance(part, (list, tuple)):
+            return type(part)(numbered(inner, rod) for inner in part)
+        if not isinstance(part, str):
+            return part
+        try:
+            return with_numbers(part, {name: float(numbers[rod]) for name, numbers in named.items()})
+        except FormulaError:
+            return part  # its fault is named where it is read
+
+    return [numbered(value, rod) for rod in range(count)]
 
 
 def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:

@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from warp_rods.formula import FormulaError, function_of_arrays
 from warp_rods.scene.checks import Table
+from warp_rods.scene.parameters import known_names, use
 from warp_rods.scene.per_rod import EACH, ONE, TABLE, WORD, WORDS, is_list
 from warp_rods.values import Number, Positive
 
@@ -32,11 +33,11 @@ OR_IN_TIME = ", a formula in s and t, or a list with one for each rod, or { node
 
 
 def checked_formula(*names: str) -> Callable[[str], str]:
-    """A check that a text is a formula in these variables."""
+    """A check that a text is a formula in these variables, and in the parameters of the table that is read."""
 
     def check(text: str) -> str:
         try:
-            function_of_arrays(text, names)
+            use(function_of_arrays(text, (*names, *known_names())).names)  # type: ignore[attr-defined]
         except FormulaError as error:
             raise PydanticCustomError("note", "{text}", {"text": str(error)}) from None
         return text

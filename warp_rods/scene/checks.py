@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from warp_rods.errors import SceneError
+from warp_rods.scene.parameters import known_within, unused
 from warp_rods.scene.per_rod import TAGS
 from warp_rods.values import hint, key_path, must_be, nearest, plain
 
@@ -64,8 +65,16 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @model_validator(mode="wrap")
     @classmethod
-    def _every_fault(cls, data: Any, handler: Any) -> Any:
-        raw, faults, made = plain(data), [], None
+    def _checked(cls, data: Any, handler: Any) -> Any:
+        raw = plain(data)
+        if "parameters" not in cls.model_fields:
+            return cls._every_fault(raw, handler)
+        with known_within(raw):
+            return cls._every_fault(raw, handler)
+
+    @classmethod
+    def _every_fault(cls, raw: Any, handler: Any) -> Any:
+        faults, made = list[InitErrorDetails](), None
         if isinstance(raw, dict):
             raw = cls.filled(raw)
         try:
@@ -75,6 +84,8 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
         if isinstance(raw, dict):
             bad = {line["loc"][0] for line in faults}
             faults += cls.cross_faults(raw, {key: raw[key] for key in raw if key not in bad})
+        if not faults and "parameters" in cls.model_fields:
+            faults += [fault(("parameters", name), raw, ": occurs in none of the formulas here") for name in unused()]
         if faults:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return made

@@ -13,6 +13,7 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.components import OR_COMPONENTS, DragAlong, StiffnessAlong, StrainsAlong
 from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
+from warp_rods.scene.parameters import ParametersEach
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -122,6 +123,9 @@ class FilamentsTable(EnsembleTable):
         default=(0.0, 0.0, 0.0), description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_COMPONENTS
     )
     drag: DragAlong = Field(description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_COMPONENTS)
+    parameters: ParametersEach | None = Field(
+        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH
+    )
     ends: tuple[Literal["free", "clamped"], Literal["free", "clamped"]] = Field(
         default=("free", "free"), description='a pair such as ["free", "free"], each "free" or "clamped"'
     )
@@ -154,11 +158,12 @@ class FilamentsTable(EnsembleTable):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         placement = tuple("placement." + key for key in ("position", "direction", "geodesic_curvature"))
+        named = tuple(f"parameters.{name}" for name in raw.get("parameters") or ())
         return [
             *length_faults(
                 raw,
                 good,
-                ("length", "growth.rate", "growth.until", "growth.start", *placement),
+                ("length", "growth.rate", "growth.until", "growth.start", *placement, *named),
                 vectors=("stiffness", "intrinsic", "drag", "growth.time", "growth.length"),
             ),
             *_node_faults(raw, good),

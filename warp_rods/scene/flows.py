@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from pydantic import ConfigDict, Field
 
-from warp_rods.formula import FormulaError, function_of_arrays
+from warp_rods.formula import FormulaError, function_of_arrays, with_numbers
 from warp_rods.scene.checks import Faults, Table, fault
+from warp_rods.scene.parameters import Parameters, known_names, use
 from warp_rods.values import Positive, must_be, nearest, number, numbers, shown
 
 __all__ = ["FLOWS", "FlowKey", "FlowKind", "FlowTable", "Profile", "formula_fault"]
@@ -59,10 +60,10 @@ def _three_formulas(value: Any) -> Any:
 
 
 def formula_fault(value: Any, names: tuple[str, ...]) -> str:
-    """What is wrong with a number or a formula in these variables; empty where nothing is."""
+    """What is wrong with a number or a formula in these variables and in parameters; empty where nothing is."""
     try:
         if isinstance(value, str):
-            function_of_arrays(value, names)
+            use(function_of_arrays(value, (*names, *known_names())).names)  # type: ignore[attr-defined]
         else:
             number(value)
     except FormulaError as error:
@@ -144,6 +145,15 @@ class FlowTable(Table):
     model_config = ConfigDict(extra="allow")
 
     kind: str = Field(description="one of " + ", ".join(FLOWS))
+    parameters: Parameters | None = Field(
+        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas"
+    )
+
+    @property
+    def formulas(self) -> Any:
+        """The flow: a ``Profile``, or three formulas with the parameters in them."""
+        found = FLOWS[self.kind].flow(self.values)
+        return found if isinstance(found, Profile) else tuple(numbered(part, self.parameters) for part in found)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -165,7 +175,7 @@ class FlowTable(Table):
             text = must_be(f"one of {', '.join(FLOWS)}", kind) + nearest(str(kind), FLOWS)
             return [fault(("kind",), raw, text)] if "kind" in good else []
         keys, faults = FLOWS[kind].keys, []
-        for name in raw.keys() - {"kind", *keys}:
+        for name in raw.keys() - {"kind", "parameters", *keys}:
             text = f": a flow of kind {kind} has no {name}{nearest(name, keys)}; it has {', '.join(keys)}"
             faults.append(fault((name,), raw[name], text))
         for name, key in keys.items():
@@ -175,6 +185,11 @@ class FlowTable(Table):
             except ValueError as error:
                 faults.append(fault((name,), raw.get(name), must_be(key.words, raw.get(name), str(error))))
         return faults or _angle_faults(FLOWS[kind].perpendicular, raw)
+
+
+def numbered(part: Any, parameters: Mapping[str, float] | None) -> str:
+    """A number or formula as a formula with the numbers of parameters."""
+    return with_numbers(part, parameters or {}) if isinstance(part, str) else repr(part)
 
 
 def _checked(key: FlowKey, value: Any) -> Any:

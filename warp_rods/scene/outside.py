@@ -8,7 +8,8 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.flows import formula_fault
+from warp_rods.scene.flows import formula_fault, numbered
+from warp_rods.scene.parameters import Parameters
 from warp_rods.scene.per_rod import Vector
 
 __all__ = ["VARIABLES", "ForceTable", "Gravity"]
@@ -44,6 +45,10 @@ class ForceTable(Table):
     force: ThreeFormulas = Field(default=NONE, description=WORDS + "a force per length")
     couple: ThreeFormulas = Field(default=NONE, description=WORDS + "a couple per length")
 
+    parameters: Parameters | None = Field(
+        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas"
+    )
+
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         if raw.keys() & {"force", "couple"}:
@@ -52,5 +57,5 @@ class ForceTable(Table):
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """The six formulas of force and couple."""
-        return tuple(part if isinstance(part, str) else repr(part) for part in (*self.force, *self.couple))
+        """The six formulas of force and couple, with the numbers of parameters in them."""
+        return tuple(numbered(part, self.parameters) for part in (*self.force, *self.couple))

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,11 +21,14 @@ from warp_rods.membranes.catalogue import KINDS, motion_faults
 from warp_rods.scene.box import AXES, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.cosserat import CosseratTable
+from warp_rods.scene.dimensions import UnitFault, in_scene_units
+from warp_rods.scene.ends import EndTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flows import FlowTable
 from warp_rods.scene.outside import ForceTable, Gravity
 from warp_rods.scene.swimmers import SwimmersTable
-from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
+from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time
+from warp_rods.scene.units import Units
 from warp_rods.values import key_path, plain, shown
 
 ENSEMBLES = ("filaments", "swimmers", "cosserat")
@@ -50,14 +53,17 @@ class Scene(Table):
     gravity: Gravity | None = Field(default=None, description="a table, [gravity]")
     forces: tuple[ForceTable, ...] = Field(default=(), description="tables, each under [[forces]]")
     time: Time = Field(description="a table, [time], with an end")
-    units: Units | None = Field(default=None, description="a table, [units]")
+    units: Units | None = Field(default=None, description='a table, [units]; in these units "500 nm" is a number')
     output: Output | None = Field(default=None, description="a table, [output]")
 
     def __init__(self, /, **tables: Any):
+        read, faults = in_scene_units(plain(tables))
         try:
-            super().__init__(**tables)
+            super().__init__(**read)
         except ValidationError as error:
-            raise SceneError(_message(error)) from None
+            raise SceneError(_message(error.errors(include_url=False), faults)) from None
+        if faults := [*faults, *_late(self)]:
+            raise SceneError(_message([], faults))
 
     @classmethod
     def load(cls, path: str | Path) -> Scene:
@@ -170,6 +176,8 @@ def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
     owners = [(table, "file") for table in surfaces] + [
         (t.get("shape"), key) for t in rods for key in ("points", "run")
     ]
+    ends = [end for t in rods if isinstance(pair := t.get("ends"), list) for end in pair]
+    owners += [(end.get(key), "file") for end in ends if isinstance(end, dict) for key in ("motion", "rotation")]
     found = False
     for table, key in owners:
         value = table.get(key) if isinstance(table, dict) else None
@@ -246,6 +254,15 @@ def _aim_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
     ]
 
 
+def _late(scene: Scene) -> Iterator[UnitFault]:
+    """Tables of motions that end before the run."""
+    for i, table in enumerate(scene.swimmers):
+        for j, end in enumerate(table.ends or ()):
+            if isinstance(end, EndTable) and end.until < scene.time.end:
+                text = f": a table of its motion ends at {end.until:g}, before time.end = {scene.time.end:g}: "
+                yield ("swimmers", i, "ends", j), text + "go on with it, or let it be periodic"
+
+
 def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[dict[str, Any]]) -> Faults:
     """Boxes not wider than twice the range of the steric force, as only nearest images interact."""
     least = 2 * CUTOFF * steric["range"]
@@ -275,6 +292,9 @@ def _name_faults(raw: dict[str, Any]) -> Faults:
     return faults
 
 
-def _message(error: ValidationError) -> str:
-    lines = [f"  {key_path(line['loc'])}{line['msg']}" for line in error.errors(include_url=False)]
+def _message(errors: Sequence[Any], of_units: Sequence[UnitFault]) -> str:
+    """One line for each fault. Where a quantity has one, it is the only one of its value."""
+    apart = {loc for loc, _text in of_units}
+    found = [(line["loc"], line["msg"]) for line in errors if line["loc"] not in apart]
+    lines = [f"  {key_path(loc)}{text}" for loc, text in (*found, *of_units) if text]
     return f"{len(lines)} fault{'s' if len(lines) > 1 else ''} in the scene\n" + "\n".join(lines)

@@ -16,6 +16,7 @@ from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arc_length
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.ensemble import MOST_NODES, length_faults
+from warp_rods.scene.parameters import known_names, use
 from warp_rods.scene.per_rod import OR_EACH, Each, NumberEach, WordOrTable, ZeroOrMoreEach, is_list
 from warp_rods.values import Number, Positive, shown
 
@@ -66,7 +67,7 @@ def kind_of(data: Mapping[str, Any], kinds: Mapping[str, Kind]) -> Any:
 
 def _formula(text: str) -> str:
     try:
-        function_of_arc_length(text)
+        use(function_of_arc_length(text, known_names()).names)  # type: ignore[attr-defined]
     except FormulaError as error:
         raise PydanticCustomError("note", "{text}", {"text": str(error)}) from None
     return text

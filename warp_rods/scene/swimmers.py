@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
+from warp_rods.scene.body import BodyTable
 from warp_rods.scene.checks import Faults, Table
 from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
 from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
-from warp_rods.scene.per_rod import OR_EACH, Direction, NumberEach, Vector, WordOrTable
+from warp_rods.scene.parameters import ParametersEach
+from warp_rods.scene.per_rod import ONE, OR_EACH, TABLE, Direction, NumberEach, Vector, WordOrTable
 from warp_rods.scene.shapes import ShapeTable, each_of_start
 
 __all__ = ["Arrangement", "FreePlacement", "ShapeTable", "SwimmersTable"]
@@ -43,6 +45,15 @@ class NaturalBend(Table):
     third: NumberAlong = Field(default=0.0, description="a number" + OR_IN_TIME)
 
 
+def _bend_or_both(value: Any) -> str:
+    return TABLE if isinstance(value, NaturalBend) or (isinstance(value, dict) and "nodes" not in value) else ONE
+
+
+BendOrBoth = Annotated[
+    Annotated[NumberAlong, Tag(ONE)] | Annotated[NaturalBend, Tag(TABLE)], Discriminator(_bend_or_both)
+]
+
+
 class SwimmersTable(EnsembleTable):
     """An ensemble of active free rods (chapter 4) with dimensionless parameters."""
 
@@ -51,6 +62,9 @@ class SwimmersTable(EnsembleTable):
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES), AfterValidator(_odd)]] = Field(
         description='an odd whole number, 17 or more, at most 100 000, or "auto"'
     )
+    body: BodyTable | None = Field(
+        default=None, description="a table { length, diameter, viscosity, speed } in SI, or thrust in place of speed"
+    )
     bend: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     twist: PositiveAlong = Field(description="a positive number" + OR_ALONG)
     moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
@@ -58,7 +72,10 @@ class SwimmersTable(EnsembleTable):
     drag_ratio: PositiveAlong = Field(default=2.0, description="a positive number" + OR_ALONG)
     drag_along: PositiveAlong | None = Field(default=None, description="a positive number" + OR_ALONG)
     rotational_drag: PositiveAlong = Field(default=3e-3, description="a positive number" + OR_ALONG)
-    natural_bend: NumberAlong | NaturalBend | None = Field(
+    parameters: ParametersEach | None = Field(
+        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH
+    )
+    natural_bend: BendOrBoth | None = Field(
         default=None, description="a number" + OR_IN_TIME + ", or a table { second, third } of two such values"
     )
     natural_twist: NumberAlong | None = Field(default=None, description="a number" + OR_IN_TIME)
@@ -84,7 +101,8 @@ class SwimmersTable(EnsembleTable):
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag", "couple")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
-        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella)) + each_of_start(raw, good)
+        named = [f"parameters.{name}" for name in raw.get("parameters") or ()]
+        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella, *named)) + each_of_start(raw, good)
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:

@@ -1,24 +1,20 @@
-"""The tables [surface], [steric], [time], [units] and [output] of a scene."""
+"""The tables [surface], [steric], [time] and [output] of a scene."""
 
 from __future__ import annotations
 
-import math
-import re
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from warp_rods.membranes.catalogue import KINDS, read
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.values import SMALLEST, Number, Positive, ZeroOrMore, number
 
-__all__ = ["Output", "Steric", "SurfaceTable", "Time", "Units", "metres"]
+__all__ = ["Output", "Steric", "SurfaceTable", "Time"]
 
 Tolerance = Annotated[Number, Field(ge=1e-8, le=0.1)]
-METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
 ROUND_OFF = 1e-9
 """Relative difference up to which times are equal: the step as run is the spacing of the frames over a whole number."""
-LENGTH = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zµμ]+)\s*")
 
 
 class SurfaceTable(Table):
@@ -105,34 +101,9 @@ class Output(Table):
     )
 
 
-def metres(text: Any) -> float:
-    """A length such as "1 um" in metres; NaN where the text is not a length."""
-    match = LENGTH.fullmatch(text) if isinstance(text, str) else None
-    return float(match[1]) * METRES[match[2]] if match and match[2] in METRES else math.nan
-
-
-def _length(text: str) -> str:
-    if not 0 < metres(text) < math.inf:
-        raise ValueError("no length")
-    return text
-
-
 def _positive(value: Any) -> float | None:
     """The value where it is a positive number, else None."""
     try:
         return number(value, Positive)
     except ValueError:
         return None
-
-
-class Units(Table):
-    """The physical units of the scene, for reports and USD."""
-
-    length: Annotated[str, AfterValidator(_length)] = Field(
-        description='a positive number and a unit in quotes, such as "1 um" (units: m, cm, mm, um, nm)'
-    )
-
-    @property
-    def metres(self) -> float:
-        """One unit of length in metres."""
-        return metres(self.length)

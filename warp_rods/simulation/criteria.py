@@ -7,18 +7,18 @@ about one per cent, and the reason. ``resolution.py`` chooses numbers of nodes b
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from warp_rods import arguments
 from warp_rods.rods.along import Along, at_nodes
-from warp_rods.rods.bound.along import Components
+from warp_rods.rods.bound.along import Components, numbered
 from warp_rods.rods.bound.checks import RULES
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
-from warp_rods.rods.per_rod import along, each_rod
+from warp_rods.rods.per_rod import along, each_rod, named_numbers
 from warp_rods.scene.along import AtNodes, given_along
 from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.cosserat import CosseratTable
@@ -141,7 +141,8 @@ def _along(table: SwimmersTable, name: str) -> np.ndarray:
     given = getattr(table, name)
     given = 1.0 if given is None else given
     count = len(given.nodes) if isinstance(given, AtNodes) else SAMPLES
-    return at_nodes(Along(name, given_along(given), table.count, count, arguments.ANY).values, count)
+    named = named_numbers(table.parameters, table.count)
+    return at_nodes(Along(name, given_along(given), table.count, count, arguments.ANY, named=named).values, count)
 
 
 def _natural(table: SwimmersTable) -> list[Criterion]:
@@ -153,7 +154,7 @@ def _natural(table: SwimmersTable) -> list[Criterion]:
     tables = [part for part in pair if isinstance(part, AtNodes)]
     count = len(tables[0].nodes) if tables else SAMPLES
     bend = {"second": given_along(pair[0]), "third": given_along(pair[1])}
-    natural = Natural(bend, 0.0, table.count, count)
+    natural = Natural(bend, 0.0, table.count, count, named_numbers(table.parameters, table.count))
     largest = float(np.hypot(*np.moveaxis(natural.bending, -1, 0)).max())
     if not largest:
         return []
@@ -199,7 +200,7 @@ def _twist(table: SwimmersTable) -> list[Criterion]:
 def _start(table: SwimmersTable) -> list[Criterion]:
     shape = table.shape
     if shape.kind == "formula":
-        return _formula_start(shape)
+        return _formula_start(shape, named_numbers(table.parameters, table.count))
     if shape.kind == "straight" or shape.from_file:
         return []
     mode = shape.mode or 0
@@ -214,12 +215,13 @@ def _start(table: SwimmersTable) -> list[Criterion]:
     return [*found, *_bent_start(_amplitude(shape) * largest, BENT_START)]
 
 
-def _formula_start(shape: ShapeTable) -> list[Criterion]:
+def _formula_start(shape: ShapeTable, named: Mapping[str, np.ndarray]) -> list[Criterion]:
     """As of the mode whose slope is as steep against its size as that of the formulas."""
     s = np.linspace(-0.5, 0.5, 2001)
     given = {name: getattr(shape, name) for name in ("bend1", "bend2", "bend") if getattr(shape, name) is not None}
-    k = np.array([along(f"shape.{name}", value, s) for name, value in given.items()] or [0.0 * s])
-    size, slope = (float(np.linalg.norm(values, axis=0).max()) for values in (k, np.gradient(k, s, axis=1)))
+    parts = [along(f"shape.{name}", value, s, named) for name, value in given.items()] or [0.0 * s]
+    k = np.stack(np.broadcast_arrays(*parts))  # [component, node], or [component, rod, node]
+    size, slope = (float(np.linalg.norm(values, axis=0).max()) for values in (k, np.gradient(k, s, axis=-1)))
     if size == 0:
         return []
     waves = max(slope / (math.pi * size), 1.0)
@@ -249,7 +251,8 @@ def _components(table: FilamentsTable, name: str, end: float) -> np.ndarray:
     if numbers_of(given):
         return each_rod(given, table.count, 3)[:, None]
     nodes = next((len(p) for row in rows_of(given) for p in row if isinstance(p, list)), SAMPLES)
-    found = Components(name, rows_of(given), table.count, nodes, RULES[name])
+    rows = numbered(rows_of(given), table.count, named_numbers(table.parameters, table.count))
+    found = Components(name, rows, table.count, nodes, RULES[name])
     times = np.linspace(0.0, end, TIMES) if found.varies else np.zeros(1)
     return np.concatenate([found.at(time, nodes) for time in times])
 

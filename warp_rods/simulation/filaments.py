@@ -15,7 +15,7 @@ from warp_rods.membranes.surface import Surface, ends_of
 from warp_rods.rods.bound.centre_lines import centre_lines
 from warp_rods.rods.bound.checks import along_rods
 from warp_rods.rods.bound.rods import BoundRods
-from warp_rods.rods.per_rod import each_node, each_rod
+from warp_rods.rods.per_rod import each_node, each_rod, named_numbers
 from warp_rods.rods.status import Status
 from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
@@ -94,7 +94,7 @@ def _refuse_lost(rods: BoundRods, key: str) -> None:
 def _parameters(table: FilamentsTable) -> dict[str, Any]:
     """Length [rod], and stiffness, intrinsic strains and drag as ``BoundRods`` takes them."""
     threes = {name: _along(getattr(table, name), table.count) for name in ("stiffness", "intrinsic", "drag")}
-    return {"length": each_rod(table.known_length, table.count), **threes}
+    return {"length": each_rod(table.known_length, table.count), "parameters": table.parameters, **threes}
 
 
 def _along(value: Any, count: int) -> Any:
@@ -108,9 +108,9 @@ def _along(value: Any, count: int) -> Any:
 def _at_start(table: FilamentsTable) -> dict[str, np.ndarray]:
     """The same as values [rod] and [rod, 3] or [rod, node, 3] at t = 0."""
     given = _parameters(table)
-    length = given.pop("length")
+    length, named = given.pop("length"), named_numbers(given.pop("parameters"), table.count)
     nodes = table.node_count
-    found = along_rods(given, table.count, nodes, grows=False)
+    found = along_rods(given, table.count, nodes, grows=False, named=named)
     return {"length": length, **{k: p.at(0.0, nodes) if p.varies else p.values for k, p in found.items()}}
 
 

@@ -20,6 +20,7 @@ from warp_rods.simulation.resolution import Resolution
 from warp_rods.simulation.start_arrays import Arrays, Given, largest_bending
 from warp_rods.simulation.starts import read_start
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
+from warp_rods.simulation.units import lines_of_units
 
 NODES_OF_BENDING = 257
 """Nodes at which the curvature of a start from a file is found before its number of nodes is chosen."""
@@ -82,6 +83,7 @@ def lay_out(scene: Scene, device) -> Layout:
     """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
     check_memory(scene, device)
     layout = Layout(scene, device, *build_surfaces(scene))
+    layout.notes += lines_of_units(scene)
     _read_starts(layout)
     for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
         notes, warnings = lines_on_data(scene, path, surface)

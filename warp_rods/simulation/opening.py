@@ -66,6 +66,7 @@ def _groups(simulation: Simulation) -> dict[str, GroupSpec]:
             chosen(output, e.saved),
             {k: (static_variable(k, v.ndim), v) for k, v in (e.static() | space).items()},
             output.frames_per_file if output else None,
+            simulation.scene.units.scale.in_si if simulation.scene.units else str,
         )
         for name, e in simulation.ensembles.items()
     }
@@ -78,6 +79,6 @@ def _attributes(simulation: Simulation) -> dict[str, Any]:
         "seed": scene.seed,
         "device": str(simulation.device),
         "step": "chosen by error" if simulation.by_error else simulation.step_size,
-        "units": f"length {scene.units.length}" if scene.units else "dimensionless",
+        "units": scene.units.said if scene.units else "dimensionless",
         "scene_hash": scene.hash(),
     }

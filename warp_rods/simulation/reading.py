@@ -36,8 +36,8 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
     attributes = {key: value for key, value in document.attributes.items() if key not in (FRAMES, CHECKSUM)}
     if "scene" in attributes:
         attributes["scene"] = _with_whole_paths(attributes["scene"], run_dir)
-    # Each group keeps the scene, which describes its membrane and its box.
-    scene = {key: text for key, text in attributes.items() if key == "scene"}
+    # Each group keeps the scene, which describes its membrane and its box, and the units of its numbers.
+    scene = {key: text for key, text in attributes.items() if key in ("scene", "units")}
     try:
         root = zarr.open_group(path, mode="r", use_consolidated=document.checked)
         tree = {name: _dataset(root, document, name).assign_attrs(scene) for name in sorted(document.groups)}

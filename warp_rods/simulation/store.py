@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class GroupSpec:
     """The group of one ensemble: ``rods`` rods of ``nodes`` nodes, the variables of a frame, and static arrays.
 
     ``static`` maps a name to its variable (without the dimension ``frame``) and its values. ``frames_per_file``: the
-    largest number of frames in a file; None for the default.
+    largest number of frames in a file; None for the default. ``units``: those of the files from those of a variable.
     """
 
     rods: int
@@ -38,6 +39,11 @@ class GroupSpec:
     variables: Mapping[str, Variable]
     static: Mapping[str, tuple[Variable, np.ndarray]] = field(default_factory=dict)
     frames_per_file: int | None = None
+    units: Callable[[str], str] = str
+
+    def attributes(self, variable: Variable) -> dict[str, Any]:
+        """The attributes of the array of a variable."""
+        return replace(variable, units=self.units(variable.units)).attributes
 
     def shape(self, variable: Variable) -> tuple[int, ...]:
         """The shape of one frame of a variable."""
@@ -60,19 +66,20 @@ def create_group(folder: Path, spec: GroupSpec) -> None:
     static = {"s": (ARC, np.linspace(-0.5, 0.5, spec.nodes)), **spec.static}
     for label, (variable, values) in static.items():
         whole = np.broadcast_to(values, spec.shape(variable)).astype(variable.dtype)
-        write_values(folder / label, whole, variable.dims, variable.attributes)
+        write_values(folder / label, whole, variable.dims, spec.attributes(variable))
     for label, variable in {**spec.variables, "time": TIME}.items():
-        _create_growing(folder / label, variable, spec.shape(variable), spec.frames_per_file)
+        _create_growing(folder / label, variable, spec)
 
 
-def _create_growing(folder: Path, variable: Variable, shape: tuple[int, ...], most: int | None) -> None:
+def _create_growing(folder: Path, variable: Variable, spec: GroupSpec) -> None:
     """An array without frames: large frames each a chunk in a shard, several small ones in one chunk."""
-    size, count = _layout(variable, shape, most)
+    shape = spec.shape(variable)
+    size, count = _layout(variable, shape, spec.frames_per_file)
     # Readers show the fill value where a file is missing, and a status of 0 would mean that all is well.
     fill = math.nan if variable.dtype.startswith("float") else -1
     chunk = (1, *shape) if size >= LARGE_FRAME else None
     write_array(
-        folder, (0, *shape), variable.dtype, fill, variable.dims, variable.attributes,
+        folder, (0, *shape), variable.dtype, fill, variable.dims, spec.attributes(variable),
         file_shape=(count, *shape), chunk=chunk,
     )  # fmt: skip
 

@@ -57,6 +57,7 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
         moment=table.moment,
         symmetric=table.symmetric,
         **_along(table),
+        parameters=table.parameters,
         flagella=flagella,
         shape=shape,
         **layout.outside(table.name),

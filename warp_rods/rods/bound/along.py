@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arrays
 from warp_rods.membranes.motion import rate
 from warp_rods.rods.along import Along
-from warp_rods.rods.per_rod import parameter
+from warp_rods.rods.per_rod import parameter, with_named
 from warp_rods.values import plain
 
 COMPONENTS = 3
@@ -112,6 +113,17 @@ class Components:
             self.along |= bool((part.values != part.values.flat[0]).any())
         if part.varies:
             self._parts.append((part, entry, rods, k))
+
+
+def numbered(given: Any, count: int, named: Mapping[str, np.ndarray]) -> Any:
+    """What ``Components`` takes, with the numbers of parameters [rod] in its formulas: of each rod if they differ."""
+    if not named or isinstance(given, np.ndarray) or not _any_along(parts := plain(given)):
+        return given
+    rows = _triples(parts)
+    found = with_named(rows, named)
+    if len(found) == 1:
+        return found[0][0] if len(rows) == 1 else found[0]
+    return tuple(found[rod][rod if len(rows) == count else 0] for rod in range(count))
 
 
 def _is_triple(value: Any) -> bool:

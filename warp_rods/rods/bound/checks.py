@@ -9,7 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.bound.along import Components
+from warp_rods.rods.bound.along import Components, numbered
 from warp_rods.rods.per_rod import along, parameter
 from warp_rods.scene.filaments import NO_TIP
 
@@ -32,8 +32,14 @@ def lengths(given: Any, count: int) -> np.ndarray:
     return parameter("length", given, count, RULES["length"])
 
 
-def along_rods(given: Mapping[str, Any], count: int, nodes: int, grows: bool) -> dict[str, Components]:
-    """Each parameter with three components; raises SceneError naming one with an impossible value."""
+def along_rods(
+    given: Mapping[str, Any], count: int, nodes: int, grows: bool, named: Mapping[str, np.ndarray] | None = None
+) -> dict[str, Components]:
+    """Each parameter with three components; raises SceneError naming one with an impossible value.
+
+    named: parameters of formulas [rod].
+    """
+    given = {name: numbered(value, count, named or {}) for name, value in given.items()}
     found = {name: Components(name, value, count, nodes, RULES[name]) for name, value in given.items()}
     for name, components in found.items():
         if grows and components.along:
@@ -54,10 +60,12 @@ def rows_of_three(name: str, given: Any, count: int | None = None) -> np.ndarray
     return rows
 
 
-def geodesic_curvatures(given: Any, count: int, nodes: int) -> np.ndarray:
+def geodesic_curvatures(
+    given: Any, count: int, nodes: int, named: Mapping[str, np.ndarray] | None = None
+) -> np.ndarray:
     """Ω [rod, node] from a number, a formula of s, or values [node] or [rod, node]; raises SceneError."""
     if isinstance(given, str):
-        given = along("geodesic_curvature", given, np.linspace(-0.5, 0.5, nodes))
+        given = along("geodesic_curvature", given, np.linspace(-0.5, 0.5, nodes), named)
     expected = f"a number, a formula of s, or numbers [node] or [rod, node] for {count} rods of {nodes} nodes"
     return arguments.fitted("geodesic_curvature", given, (count, nodes), expected)
 

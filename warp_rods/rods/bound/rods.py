@@ -29,6 +29,7 @@ from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
+from warp_rods.rods.per_rod import named_numbers
 from warp_rods.rods.tiles import Tiled, is_tiled
 from warp_rods.rods.variables import FILAMENT_VARIABLES, along_in_time
 
@@ -46,13 +47,14 @@ NEXT_KNOT = 1e-6
 class BoundRods(BoundReadings, Ensemble):
     """Filaments on a surface, each with its own parameters. NumPy in, NumPy out; no files.
 
-    surface: from ``surfaces.make``. position, direction [rod, 3]: the middle node (with ``at="start"`` the first node)
-    and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a number, a
-    formula of s, or values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic bending),
-    intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each; numbers of the last three may be lists [node], or
-    formulas in s (−½ to ½) and t: ``(0, "2*sin(6*s - t)", 0)``. ends: "free" or "clamped" (docs/model.md §3.3), of
-    which one on a membrane that moves. growth: ``growth.knots``; free tips grow, and nodes keep their shares. flow,
-    gravity (a force per length), forces: as in a scene. All units are arbitrary.
+    surface: from ``surfaces.make``. position, direction [rod, 3]: the middle node (with ``at="start"`` the first
+    node) and the tangent there at t = 0, projected onto the surface and its tangent plane. geodesic_curvature: a
+    number, a formula of s, or values [node] or [rod, node]. length, stiffness B (twist, normal bending, geodesic
+    bending), intrinsic σ, drag (ζ∥, ζ⊥, ζr): one for all rods or one for each; numbers of the last three may be lists
+    [node], or formulas in s (−½ to ½) and t: ``(0, "2*sin(k*s - t)", 0)``; parameters: of these, numbers by name, one
+    for all rods or one for each. ends: "free" or "clamped" (docs/model.md §3.3), of which one on a membrane that
+    moves. growth: ``growth.knots``; free tips grow, and nodes keep their shares. flow, gravity (a force per length),
+    forces: as in a scene. All units are arbitrary.
 
     Raises SceneError naming the parameter for impossible values, fewer than 9 nodes, or a direction normal to the
     surface.
@@ -84,6 +86,7 @@ class BoundRods(BoundReadings, Ensemble):
         geodesic_curvature: Any = 0.0,
         at: str = "middle",
         ends: tuple[str, str] = ("free", "free"),
+        parameters: Mapping[str, Any] | None = None,
         growth: Mapping[str, Any] | None = None,
         flow: Any = None,
         gravity: Any = None,
@@ -95,15 +98,15 @@ class BoundRods(BoundReadings, Ensemble):
         position = rows_of_three("position", position)
         direction = rows_of_three("direction", direction, len(position))
         count, nodes = len(position), arguments.whole("nodes", nodes)
-        parameters = {"length": lengths(length, count)}
+        values, named = {"length": lengths(length, count)}, named_numbers(parameters, count)
         grown, given = growth_tables.read(growth), {"stiffness": stiffness, "intrinsic": intrinsic, "drag": drag}
-        self._along = along_rods(given, count, nodes, grows=growth is not None)
-        parameters |= {name: components.values for name, components in self._along.items()}
+        self._along = along_rods(given, count, nodes, grows=growth is not None, named=named)
+        values |= {name: components.values for name, components in self._along.items()}
         outside = Outside(flow, gravity, forces, count)
         self._outside = outside if outside.flows or outside.pushes else None
         fixed = {"surface": surface, "ends": checked_ends(ends)}
-        fixed |= {"growth": growth_tables.knots(grown, parameters["length"]), "largest_spacing": grown.largest_spacing}
-        super().__init__(count, nodes, parameters, device, **fixed)
+        fixed |= {"growth": growth_tables.knots(grown, values["length"]), "largest_spacing": grown.largest_spacing}
+        super().__init__(count, nodes, values, device, **fixed)
         check(self, position, direction, at, grows=growth is not None)
         self._saved_nodes = self.nodes
         self.saved = FILAMENT_VARIABLES | {
@@ -111,7 +114,7 @@ class BoundRods(BoundReadings, Ensemble):
         }
         self._refined = False
         self._shown = np.inf
-        geodesic = geodesic_curvatures(geodesic_curvature, self.count, self.nodes)
+        geodesic = geodesic_curvatures(geodesic_curvature, self.count, self.nodes, named)
         with exclusive:
             self._allocate()
             self._place(position, direction, geodesic, 0 if at == "start" else self.middle)

@@ -32,9 +32,11 @@ def parameters_of(given: Mapping[str, Any], count: int, prefix: str = "") -> dic
     return {name: parameter(prefix + name, value, count, RULES.get(name, "positive")) for name, value in given.items()}
 
 
-def along_rods(given: Mapping[str, Any], count: int, nodes: int) -> dict[str, np.ndarray]:
+def along_rods(
+    given: Mapping[str, Any], count: int, nodes: int, named: Mapping[str, np.ndarray] | None = None
+) -> dict[str, np.ndarray]:
     """Each parameter [rod], or [rod, node] where it changes along the rods; raises SceneError."""
-    return {name: Along(name, value, count, nodes, "positive").values for name, value in given.items()}
+    return {name: Along(name, value, count, nodes, "positive", named=named).values for name, value in given.items()}
 
 
 def symmetric_starts(bending: np.ndarray, twist: np.ndarray, activity: np.ndarray) -> np.ndarray:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from warp_rods import arguments
-from warp_rods.errors import SceneError, named, refuse_unknown
-from warp_rods.formula import FormulaError, function_of_arrays
+from warp_rods.errors import named as check_named
+from warp_rods.errors import refuse_unknown
 from warp_rods.kernels.free import state
+from warp_rods.rods.free.motion import Motion
 from warp_rods.rods.per_rod import parameter
 from warp_rods.scene.ends import OF_KIND
 
@@ -20,8 +21,6 @@ KINDS = {"free": int(state.FREE), "hinged": int(state.HINGED), "clamped": int(st
 NUMBERS = ("thrust", "torque", "turning")
 VECTORS = ("force", "couple")
 MOTIONS = ("motion", "rotation")
-NUDGE = 1e-5
-"""The time over which velocities of a motion are found, by central differences."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,8 @@ class End:
 
     Loads that follow the rod [rod]: ``thrust`` along the tangent and ``torque`` about it, both positive along the
     direction of s. Loads in space [rod, 3]: ``force`` and ``couple``. A clamped end is turned about its tangent at the
-    rate ``turning`` [rod]. ``motion`` and ``rotation`` are three functions of time each, or None: the displacement of a
-    held end, and the rotation vector of a clamped one, in space.
+    rate ``turning`` [rod]. ``motion`` and ``rotation`` are functions of time, or None: the displacement of a held end,
+    and the rotation vector of a clamped one, in space.
     """
 
     kind: str
@@ -40,17 +39,20 @@ class End:
     turning: np.ndarray
     force: np.ndarray
     couple: np.ndarray
-    motion: tuple[Callable[[float], float], ...] | None
-    rotation: tuple[Callable[[float], float], ...] | None
+    motion: Motion | None
+    rotation: Motion | None
 
     @classmethod
-    def read(cls, name: str, given: Any, count: int) -> End:
-        """From the name of a kind, or a table {kind, …} with what that kind may have; raises SceneError."""
+    def read(cls, name: str, given: Any, count: int, named: Mapping[str, np.ndarray] | None = None) -> End:
+        """From the name of a kind, or a table {kind, …} with what that kind may have; raises SceneError.
+
+        named: parameters of formulas [rod].
+        """
         table = {"kind": given} if isinstance(given, str) else given
         if not isinstance(table, Mapping):
             raise arguments.wrong(name, given, f"one of {', '.join(KINDS)}, or a table {{kind, …}}")
         kind = str(table.get("kind", "free"))
-        named(KINDS, f"{name}.kind", kind)
+        check_named(KINDS, f"{name}.kind", kind)
         refuse_unknown(table, ["kind", *OF_KIND[kind]], f"a {kind} end")
         values: dict[str, Any] = {
             load: parameter(f"{name}.{load}", table.get(load, 0.0), count, arguments.ANY) for load in NUMBERS
@@ -59,7 +61,10 @@ class End:
             load: parameter(f"{name}.{load}", table.get(load, (0.0,) * 3), count, (arguments.ANY,) * 3)
             for load in VECTORS
         }
-        values |= {motion: _functions(f"{name}.{motion}", table.get(motion)) for motion in MOTIONS}
+        values |= {
+            key: None if table.get(key) is None else Motion(f"{name}.{key}", table[key], named or {}, key == "motion")
+            for key in MOTIONS
+        }
         return cls(kind, **values)
 
     @property
@@ -78,33 +83,13 @@ class End:
         return not (self.held or self.in_space or self.thrust.any() or self.torque.any())
 
 
-def _functions(name: str, given: Any) -> tuple[Callable[[float], float], ...] | None:
-    """Three functions of time from three numbers or formulas in t; None for None."""
-    if given is None:
-        return None
-    if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 3:
-        raise arguments.wrong(name, given, "three numbers or formulas in t, for x, y and z")
-    return tuple(_function(f"{name}[{i}]", part) for i, part in enumerate(given))
-
-
-def _function(name: str, given: Any) -> Callable[[float], float]:
-    if not isinstance(given, str):
-        value = arguments.real(name, given, arguments.ANY)
-        return lambda _time: value
-    try:
-        function = function_of_arrays(given, ("t",))
-    except FormulaError as error:
-        raise SceneError(f"{name} = {given!r}: {error}") from None
-    return lambda time: float(function(t=np.float64(time)))
-
-
-def ends_of(given: Any, count: int) -> tuple[End, End]:
+def ends_of(given: Any, count: int, named: Mapping[str, np.ndarray] | None = None) -> tuple[End, End]:
     """The first and the last end from two of what ``End.read`` takes, or None for free ends; raises SceneError."""
     if given is None:
         given = ("free", "free")
     if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
         raise arguments.wrong("ends", given, "two ends, the first and the last, each a kind or a table {kind, …}")
-    return End.read("ends[0]", given[0], count), End.read("ends[1]", given[1], count)
+    return End.read("ends[0]", given[0], count, named), End.read("ends[1]", given[1], count, named)
 
 
 def tracked_node(first: End, last: End, nodes: int) -> int:

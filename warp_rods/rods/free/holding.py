@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays
-from warp_rods.rods.free.ends import NUDGE, End
+from warp_rods.rods.free.ends import End
+from warp_rods.rods.free.motion import NUDGE
 
 
 class Holding:
@@ -46,10 +44,10 @@ class Holding:
 
     def _at(self, index: int, time: float) -> tuple[np.ndarray, np.ndarray]:
         end = self._ends[index]
-        place = self._position[:, index] + (0.0 if end.motion is None else _values(end.motion, time))
+        place = self._position[:, index] + (0.0 if end.motion is None else end.motion(time))
         turned = _turns(np.stack([end.turning * time, 0 * end.turning, 0 * end.turning], axis=1))
         frame = self._rotation[:, index] @ turned
-        return place, frame if end.rotation is None else _turns(_values(end.rotation, time)) @ frame
+        return place, frame if end.rotation is None else _turns(end.rotation(time)) @ frame
 
     def _rates(self, index: int, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Velocities and angular velocities in space [rod, 3]."""
@@ -57,21 +55,14 @@ class Holding:
         _place, frame = self._at(index, time)
         velocity = np.zeros_like(self._position[:, index])
         if end.motion is not None:
-            velocity += (_values(end.motion, time + NUDGE) - _values(end.motion, time - NUDGE)) / (2 * NUDGE)
+            velocity += (end.motion(time + NUDGE) - end.motion(time - NUDGE)) / (2 * NUDGE)
         turn = end.turning[:, None] * frame[..., 0]
         if end.rotation is not None:
             from scipy.spatial.transform import Rotation  # slow to import
 
-            after, before = (Rotation.from_rotvec(_values(end.rotation, time + s * NUDGE)) for s in (1, -1))
+            after, before = (Rotation.from_rotvec(end.rotation(time + s * NUDGE)) for s in (1, -1))
             turn = turn + (after * before.inv()).as_rotvec() / (2 * NUDGE)
         return velocity, turn
-
-
-def _values(functions: Any, time: float) -> np.ndarray:
-    found = np.array([function(time) for function in functions])
-    if not np.isfinite(found).all():
-        raise SceneError(f"ends: a motion has no finite value at t = {time:g}")
-    return found
 
 
 def _turns(vectors: np.ndarray) -> np.ndarray:

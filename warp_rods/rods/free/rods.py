@@ -45,7 +45,7 @@ from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
-from warp_rods.rods.per_rod import frames, parameter, vectors
+from warp_rods.rods.per_rod import frames, named_numbers, parameter, vectors
 from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
@@ -80,15 +80,17 @@ class FreeRods(FreeReadings, Ensemble):
     rotation} (docs/model.md §2.11); positions and frames are then those of a held end.
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
-    strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
-    position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
-    π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
-    in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
-    ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent first. It is
-    evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not finite is frozen.
-    couple: a couple per length about the tangent: a number, one for each rod, values [rod, node], or a formula in s and
-    t. flow, gravity, forces: as the tables of a scene, ``{"kind": "shear", "rate": 1.0}``, a force per length (one
-    vector or one for each rod), ``[{"force": ["sin(x)", 0, 0], "couple": …}]``.
+    strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free. position
+    [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
+    π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per
+    length in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a
+    ``wp.func`` ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent
+    first. It is evaluated at the extrapolated end of every step, and at every reading; a rod for which it is not
+    finite is frozen. couple: a couple per length about the tangent: a number, one for each rod, values [rod, node],
+    or a formula in s and t. parameters: numbers by name, one for all rods or one for each, which may stand in
+    formulas of the shape, along the rods and of the ends: ``parameters={"k": [6.0, 7.0]}``. flow, gravity, forces: as
+    the tables of a scene, ``{"kind": "shear", "rate": 1.0}``, a force per length (one vector or one for each rod),
+    ``[{"force": ["sin(x)", 0, 0], "couple": …}]``.
 
     Raises SceneError naming the parameter for even nodes or fewer than 17, and for impossible values or shapes.
     """
@@ -131,6 +133,7 @@ class FreeRods(FreeReadings, Ensemble):
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
         shape: Any = None,
         couple: Any = 0.0,
+        parameters: Mapping[str, Any] | None = None,
         flow: Any = None,
         gravity: Any = None,
         forces: Any = None,
@@ -143,21 +146,22 @@ class FreeRods(FreeReadings, Ensemble):
         count, nodes = check_nodes(count, nodes)
         read, symmetric = Flagella.read(flagella), arguments.truth("symmetric", symmetric)
         given = {"bend": bend, "twist": twist, "drag_ratio": drag_ratio, "drag_along": drag_along}
-        parameters = along_rods(given | {"rotational_drag": rotational_drag}, count, nodes)
-        parameters |= parameters_of({"moment": moment}, count)
+        named = named_numbers(parameters, count)
+        values = along_rods(given | {"rotational_drag": rotational_drag}, count, nodes, named)
+        values |= parameters_of({"moment": moment}, count)
         own = {"relaxation": read.relaxation, "diffusion": read.effective_diffusion}
-        parameters |= parameters_of(own, count, "flagella.")
+        values |= parameters_of(own, count, "flagella.")
         if external is not None and not isinstance(external, wp.Function):
             arguments.function("external", external, 3, "a function (t, position, rotation), a wp.func, or None")
-        held = ends_of(ends, count)
+        held = ends_of(ends, count, named)
         if symmetric and not (held[0].plain and held[1].plain):
             raise SceneError("symmetric = true: the ends must be free and without loads")
-        natural = Natural(natural_bend, natural_twist, count, nodes)
-        turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True)
+        natural = Natural(natural_bend, natural_twist, count, nodes, named)
+        turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True, named=named)
         outside = Outside(flow, gravity, forces, count)
         fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
-        super().__init__(count, nodes, parameters, device, **fixed)
+        super().__init__(count, nodes, values, device, **fixed)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
@@ -168,7 +172,8 @@ class FreeRods(FreeReadings, Ensemble):
             self._couple = turned
             if self._turned:
                 self._enable_couple()
-            self._place(shape, parameter("position", position, count, (arguments.ANY,) * 3), frames(rotation, count))
+            place = parameter("position", position, count, (arguments.ANY,) * 3)
+            self._place(shape, place, frames(rotation, count), named)
             self._launches = FreeLaunches(self._arrays, self._clock)
             self._holding: Holding | None = None
             if needs_places(*held):
@@ -235,10 +240,10 @@ class FreeRods(FreeReadings, Ensemble):
         self._external = None if is_kernel else external
         self.reserve_force("external")
 
-    def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray) -> None:
+    def _place(self, shape: Any, position: np.ndarray, rotation: np.ndarray, named: Mapping[str, np.ndarray]) -> None:
         """Set the state at the start; material and Bishop frame agree at the middle node."""
         clamped = (self.ends[0].kind == "clamped", self.ends[1].kind == "clamped")
-        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella, clamped)
+        strain = initial_strain(shape, self.nodes, self._parameters, self.flagella, clamped, named)
         self._set_end_strains(strain)
         turn = from_node(strain[..., 0], self._arrays.rods.tracked)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * turn)

@@ -43,12 +43,12 @@ def straight(s, amplitude, parameters, flagella):
     return _strain(0.0, 0.0, 0.0 * amplitude * s)
 
 
-def formula(s, amplitude, parameters, flagella, *, bend=0.0, bend1=0.0, bend2=0.0, twist=0.0):
+def formula(s, amplitude, parameters, flagella, *, bend=0.0, bend1=0.0, bend2=0.0, twist=0.0, numbers=None):
     """Strains as formulas of s, or numbers, times the amplitude; ``bend`` is another name of ``bend2``."""
     if bend != 0.0 and bend2 != 0.0:
         raise SceneError("shape.bend and shape.bend2 both give bending in the plane of the modes: give one")
     given = {"twist": twist, "bend1": bend1, "bend2": bend if bend2 == 0.0 else bend2}
-    return _strain(*(amplitude * along(f"shape.{name}", value, s) for name, value in given.items()))
+    return _strain(*(amplitude * along(f"shape.{name}", value, s, numbers) for name, value in given.items()))
 
 
 SHAPES: dict[str, Callable[..., np.ndarray]] = {
@@ -67,17 +67,18 @@ def initial_strain(
     parameters: Mapping[str, np.ndarray],
     flagella: Flagella = DEFAULT_FLAGELLA,
     clamped: tuple[bool, bool] = (False, False),
+    named: Mapping[str, np.ndarray] | None = None,
 ) -> np.ndarray:
     """Strain [rod, node, 3] from a table as in a scene, or from values that broadcast to that shape.
 
     parameters: {name: [rod] or [rod, node]}; flagella: what a twist may have to balance; clamped: which ends are, as
-    strains of the others are set to 0. None is beam mode 0 of amplitude 1. Raises
+    strains of the others are set to 0; named: parameters of formulas [rod]. None is beam mode 0 of amplitude 1. Raises
     SceneError for an unknown kind or key, for values whose shape does not fit, and for values that are not finite.
     """
     rods = len(parameters["bend"])
     if shape is None:
         shape = {}
-    values = _from_table(shape, nodes, parameters, flagella) if isinstance(shape, Mapping) else shape
+    values = _from_table(shape, nodes, parameters, flagella, named or {}) if isinstance(shape, Mapping) else shape
     expected = f"a table such as {{'kind': 'mode'}}, or strains {(rods, nodes, 3)} [rod, node, 3]"
     if np.ndim(values) == 0:
         raise arguments.wrong("shape", shape, expected)
@@ -89,7 +90,11 @@ def initial_strain(
 
 
 def _from_table(
-    table: Mapping[str, Any], nodes: int, parameters: Mapping[str, np.ndarray], flagella: Flagella
+    table: Mapping[str, Any],
+    nodes: int,
+    parameters: Mapping[str, np.ndarray],
+    flagella: Flagella,
+    numbers: Mapping[str, np.ndarray],
 ) -> np.ndarray:
     """Strains of a table {kind, amplitude, perturbation, seed, …}."""
     rest = dict(table)
@@ -101,11 +106,14 @@ def _from_table(
         )
     make = named(SHAPES, "shape.kind", kind)
     own = [name for name, p in inspect.signature(make).parameters.items() if p.kind is p.KEYWORD_ONLY]
+    own = [name for name in own if name != "numbers"]
     rods, s = len(parameters["bend"]), np.linspace(-0.5, 0.5, nodes)
     amplitude = parameter("shape.amplitude", rest.pop("amplitude", 1.0), rods, "any finite number")
     size, seed = rest.pop("perturbation", 0.0), rest.pop("seed", 0)
     refuse_unknown(rest, [*own, "kind", "amplitude", "perturbation", "seed"], f"shape of kind {kind}")
     columns = {name: value if value.ndim == 2 else value[:, None] for name, value in parameters.items()}
+    if make is formula:
+        rest["numbers"] = numbers
     strain = make(s, amplitude[:, None], columns, flagella, **rest)
     return perturbed(strain, size, parameters["moment"], seed)
 

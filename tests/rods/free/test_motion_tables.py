@@ -1,0 +1,106 @@
+"""Ends of free rods that move along a table of times and points."""
+
+import numpy as np
+import pytest
+
+import warp_rods as wr
+from warp_rods.errors import SceneError
+from warp_rods.rods.free.motion import NUDGE, Motion
+from warp_rods.rods.free.rods import FreeRods
+
+FORMULAS = ["0.1*sin(2*t)", 0, "0.2*t"]
+ROD = {"bend": 1e-2, "twist": 1e-2, "flagella": None, "shape": {"kind": "straight"}}
+
+
+def points(times):
+    return np.stack([0.1 * np.sin(2 * times), 0 * times, 0.2 * times], axis=1)
+
+
+def table(count, start=0.0, end=2.0):
+    times = np.linspace(start, end, count)
+    return {"times": times, "points": points(times)}
+
+
+def clamp(motion):
+    return ({"kind": "clamped", "motion": motion}, "free")
+
+
+def test_the_spline_is_of_fourth_order_and_its_velocity_of_third(verified):
+    at = np.linspace(0, 2, 301)
+    exact, errors = points(at), []
+    rate = np.stack([0.2 * np.cos(2 * at), 0 * at, 0.2 + 0 * at], axis=1)
+    for count in (11, 21, 41, 81):
+        motion = Motion("m", table(count), {}, True)
+        found = np.array([motion(t) for t in at])
+        slopes = np.array([motion(t + NUDGE) - motion(t - NUDGE) for t in at]) / (2 * NUDGE)
+        errors.append((abs(found - exact).max(), abs(slopes - rate).max()))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    for name, order, k in (("place", 4, 0), ("velocity", 3, 1)):
+        verified(
+            "orders", f"end moved along a table: {name}, in the spacing of its times", measured=orders[-1, k],
+            expected=order, within=0.35, reference="spacings halved three times",
+        )  # fmt: skip
+
+
+def test_a_rod_moved_along_a_table_moves_as_by_its_formula():
+    """The table of a formula at 41 times; also what the end does at the start, where velocities are one-sided."""
+    rods = [FreeRods(1, 17, **ROD, ends=clamp(motion)) for motion in (FORMULAS, table(11), table(41))]
+    for one in rods:
+        one.step(1e-2, 100)
+    exact, coarse, fine = (one.position[0] for one in rods)
+    errors = [abs(found - exact).max() for found in (coarse, fine)]
+    assert errors[1] < 1e-5 and errors[0] / errors[1] > 4**3
+    np.testing.assert_allclose(
+        fine[0] - points(np.array([1.0]))[0], rods[0].position[0, 0] - points(np.array([1.0]))[0], atol=1e-6
+    )
+
+
+def test_tables_are_held_at_their_ends_or_repeat():
+    held = Motion("m", table(21, -1.0, 1.0), {}, True)
+    np.testing.assert_allclose(held(5.0), points(np.array([1.0]))[0], atol=1e-4)
+    np.testing.assert_array_equal(held(0.0), 0.0)
+    times = np.linspace(0, 2, 41)
+    wave = np.stack([np.cos(np.pi * times), 0 * times, 0 * times], axis=1)
+    wave[-1] = wave[0]
+    motion = Motion("m", {"times": times, "points": wave, "periodic": True}, {}, True)
+    np.testing.assert_allclose(motion(7.3)[0], np.cos(np.pi * 7.3) - 1, atol=1e-4)
+
+
+def scene(motion, end=2.0):
+    ends = [{"kind": "clamped", "motion": motion}, "free"]
+    cell = {"name": "cell", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-2, "ends": ends}
+    return {"swimmers": [cell], "time": {"end": end}}
+
+
+def test_files_of_motions(tmp_path):
+    """The numbers are in the scene from then on, so that a run does not need the file any more."""
+    times = table(21)["times"]
+    rows = [f"{t!r};{x!r};{y!r};{z!r}" for t, (x, y, z) in zip(times.tolist(), points(times).tolist(), strict=True)]
+    (tmp_path / "track.csv").write_text("time;x;y;z\n" + "\n".join(rows))
+    np.save(tmp_path / "track.npy", np.column_stack([times, points(times)]))
+    given = wr.Scene(**scene(table(21)))
+    for name in ("track.csv", "track.npy"):
+        made = wr.Scene(**scene({"file": str(tmp_path / name)}))
+        assert made == given and wr.Scene.parse(made.to_toml()) == given
+    file = tmp_path / "scene.toml"
+    file.write_text(
+        '[[swimmers]]\nname = "cell"\ncount = 1\nnodes = 17\nbend = 1e-2\ntwist = 1e-2\n'
+        'ends = [{ kind = "clamped", motion = { file = "track.csv" } }, "free"]\n[time]\nend = 2.0\n'
+    )
+    assert wr.Scene.load(file) == given
+
+
+@pytest.mark.parametrize(("motion", "line"), [
+    (table(21, 0, 1.5), "swimmers[0].ends[0]: a table of its motion ends at 1.5, before time.end = 2"),
+    (table(21, 0.1), "ends[0].motion.times = [0.1, "),
+    (table(3), "must be a list of 4 or more increasing times"),
+    ({"times": [0, 1, 2, 3], "points": [[0, 0, 0]] * 3}, "motion.points: has 3 points; needs one for each of 4 times"),
+    ({"times": [0, 1, 2, 3]}, "motion: points: missing; give times and points, or a file"),
+    ({"file": "nowhere.csv"}, "motion.file: there is no file nowhere.csv"),
+    (table(21) | {"periodic": True}, "the first and the last must be equal where periodic = true"),
+    (table(21) | {"every": 1}, "motion.every: unknown key"),
+])  # fmt: skip
+def test_mistakes_in_tables_are_named(motion, line):
+    with pytest.raises(SceneError) as caught:
+        wr.Scene(**scene(motion))
+    assert line in str(caught.value)

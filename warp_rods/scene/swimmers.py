@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import AfterValidator, Field
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
+from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
 from warp_rods.scene.checks import Faults, Table
 from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
@@ -70,6 +71,9 @@ class SwimmersTable(EnsembleTable):
         default_factory=FlagellaTable,
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
+    behaviour: BehaviourTable | None = Field(
+        default=None, description="a table of behaviours, such as { reversal = { rate = 0.5 } }"
+    )
     shape: ShapeTable = Field(
         default_factory=ShapeTable,
         description="a table such as { mode, amplitude }, { bend, twist }, { points, smoothing } or { run, frame }",
@@ -84,7 +88,9 @@ class SwimmersTable(EnsembleTable):
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag", "couple")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
-        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella)) + each_of_start(raw, good)
+        random = [f"behaviour.{name}.{key}" for name, row in BEHAVIOURS.items() for key in row.parameters]
+        each = (*plain_keys, *nested, *of_flagella, *random)
+        return length_faults(raw, good, each) + each_of_start(raw, good)
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:

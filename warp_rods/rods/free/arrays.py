@@ -74,7 +74,7 @@ CARRIER = ("displacement", "displacement_before", "velocity")
 """What steps keep of how a flow carries rods."""
 CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
-    **dict.fromkeys(("end", "angle", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("end", "limit", "angle", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
     **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
 }
@@ -369,6 +369,7 @@ def _trial(rods: int, device: Any) -> Any:
     trial = Trial()
     for name, dtype in TRIAL.items():
         setattr(trial, name, per_rod(rods, dtype, device))
+    trial.limit.fill_(np.inf)
     return trial
 
 

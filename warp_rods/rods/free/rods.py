@@ -28,6 +28,7 @@ from warp_rods.rods.free.arrays import (
     set_carrier,
     set_ends,
 )
+from warp_rods.rods.free.behaviour import Behaviours, behaviours_of, seed_and_streams
 from warp_rods.rods.free.checks import (
     along_rods,
     check_nodes,
@@ -48,6 +49,7 @@ from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import frames, parameter, vectors
 from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
+from warp_rods.values import plain
 
 FRAME = ("rotation", "position", "angle")
 MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
@@ -81,6 +83,9 @@ class FreeRods(FreeReadings, Ensemble):
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
+    behaviour: what rods do at random times, ``{"reversal": {"rate": 0.5}, "tumble": {"rate": 1, "duration": 0.1}}``,
+    for the law ``driven`` of the flagella; its random numbers follow from the seed (0 to 2^64 − 1) and the stream of a
+    rod: streams [rod], whole numbers, its own number where left out.
     position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per length
     in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a ``wp.func``
@@ -112,6 +117,7 @@ class FreeRods(FreeReadings, Ensemble):
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
     diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
     flagella = Fixed[Flagella]("The flagella: profile at the start, activity law and its parameters.")
+    behaviour = Fixed[Mapping[str, Mapping[str, Any]]]("What the rods do at random times, with its parameters.")
     symmetric = Fixed[bool]("Whether the symmetry under rotation by π is imposed.")
 
     def __init__(
@@ -129,6 +135,9 @@ class FreeRods(FreeReadings, Ensemble):
         natural_twist: Any = 0.0,
         ends: Any = None,
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
+        behaviour: Mapping[str, Mapping[str, Any]] | None = None,
+        seed: int = 0,
+        streams: Any = None,
         shape: Any = None,
         couple: Any = 0.0,
         flow: Any = None,
@@ -152,10 +161,14 @@ class FreeRods(FreeReadings, Ensemble):
         held = ends_of(ends, count)
         if symmetric and not (held[0].plain and held[1].plain):
             raise SceneError("symmetric = true: the ends must be free and without loads")
+        behaviours = behaviours_of(behaviour, count, read)
+        if symmetric and behaviours:
+            raise SceneError("symmetric = true: a behaviour could break the symmetry")
+        random = seed_and_streams(seed, streams, count)
         natural = Natural(natural_bend, natural_twist, count, nodes)
         turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True)
         outside = Outside(flow, gravity, forces, count)
-        fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
+        fixed = {"flagella": read, "symmetric": symmetric, "ends": held, "behaviour": behaviours}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
         super().__init__(count, nodes, parameters, device, **fixed)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
@@ -170,6 +183,9 @@ class FreeRods(FreeReadings, Ensemble):
                 self._enable_couple()
             self._place(shape, parameter("position", position, count, (arguments.ANY,) * 3), frames(rotation, count))
             self._launches = FreeLaunches(self._arrays, self._clock)
+            self._behaviours: Behaviours | None = None
+            if behaviours:
+                self._behaviours = Behaviours(behaviours, self._arrays, law_parameters, *random)
             self._holding: Holding | None = None
             if needs_places(*held):
                 self._hold(held)
@@ -330,8 +346,23 @@ class FreeRods(FreeReadings, Ensemble):
         return self._natural.varies or moved
 
     def take_own_steps(self, time: float, allowed: float) -> None:
-        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
+        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.
+
+        Rods stop at their events: what happens there is not due before a time after it is asked for.
+        """
         self._launches.advance_past(time, allowed, time)
+        while self._behaviours is not None and self._behaviours.find_next() < time:
+            self._behaviours.meet(time)
+            self._launches.advance_past(time, allowed, time)
+
+    def next_event(self) -> float:
+        """The time of the next event of a rod; an event at the time reached happens."""
+        return np.inf if self._behaviours is None else self._behaviours.next_event(self.reached)
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """The number of events of each behaviour so far [rod]; the beginning and the end of a tumble are two."""
+        return {} if self._behaviours is None else self._behaviours.counts
 
     def gather(self) -> None:
         """Begin anew from the present state, with no past."""
@@ -467,7 +498,8 @@ class FreeRods(FreeReadings, Ensemble):
         return values
 
     def _settings(self, rod: int) -> dict[str, Any]:
-        return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
+        settings = {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
+        return settings | ({"behaviour": plain(self.behaviour)} if self.behaviour else {})
 
     def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
@@ -482,6 +514,8 @@ class FreeRods(FreeReadings, Ensemble):
             arrays |= {f"carrier_{name}": getattr(a.midpoint.carrier, name) for name in CARRIER}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
+        if self._behaviours is not None:
+            arrays |= self._behaviours.arrays_of_state()
         return arrays
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -505,6 +539,9 @@ class FreeRods(FreeReadings, Ensemble):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        if self._behaviours is not None:
+            with exclusive:
+                self._behaviours.set_targets()
         self._launches.show_at(self.time)
         if self._arrays.force is not None:
             self._launches.find_frames()

@@ -6,7 +6,8 @@ the name of that number and its parameters.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,33 +23,40 @@ MOST_EVENTS = 1e4
 """The largest rate, and the inverse of the shortest duration: events that are denser are not resolved."""
 
 
+ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "rate": (f"a positive number, at most {MOST_EVENTS:g}", lambda value: 0 < value <= MOST_EVENTS),
+    "duration": (f"a number, at least {1 / MOST_EVENTS:g}", lambda value: 1 / MOST_EVENTS <= value < math.inf),
+    "angle": ("0 or a positive number: radians", lambda value: 0 <= value < math.inf),
+}
+"""Kinds of parameters: what is allowed, in words, and whether a value is."""
+
+
 @dataclass(frozen=True)
 class Behaviour:
-    """The name of its number in ``kernels/free/behaviour.py``, and at most four rates and durations by name.
+    """The name of its number in ``kernels/free/behaviour.py``, and at most four parameters: name → key of ``ALLOWED``.
 
-    Each is one number for all rods, or one for each. The kernel gets them in this order.
+    Each is one number for all rods, or one for each. The kernel gets them in this order. turns: whether it turns rods.
     """
 
     kernel: str
-    rates: tuple[str, ...] = ("rate",)
-    durations: tuple[str, ...] = ()
+    parameters: Mapping[str, str]
+    turns: bool = False
 
-    @property
-    def parameters(self) -> dict[str, str]:
-        """What is allowed, in words, by name of the parameter."""
-        rate, duration = f"a positive number, at most {MOST_EVENTS:g}", f"a number, at least {1 / MOST_EVENTS:g}"
-        return dict.fromkeys(self.rates, rate) | dict.fromkeys(self.durations, duration)
+    def words(self, name: str) -> str:
+        """What is allowed for a parameter."""
+        return ALLOWED[self.parameters[name]][0]
 
     def allows(self, name: str, value: float) -> bool:
         """Whether a parameter may have this value."""
-        return 0 < value <= MOST_EVENTS if name in self.rates else 1 / MOST_EVENTS <= value < float("inf")
+        return ALLOWED[self.parameters[name]][1](value)
 
 
 BEHAVIOURS: dict[str, Behaviour] = {
-    "reversal": Behaviour("REVERSAL"),
-    "tumble": Behaviour("TUMBLE", durations=("duration",)),
+    "reversal": Behaviour("REVERSAL", {"rate": "rate"}),
+    "tumble": Behaviour("TUMBLE", {"rate": "rate", "duration": "duration", "turn": "angle"}, turns=True),
 }
-"""``reversal``: the target of the flagella changes its sign. ``tumble``: for a duration each half has a random one."""
+"""``reversal``: the target of the flagella changes its sign. ``tumble``: for a duration each half has a random one, and
+the flagella turn the rod."""
 
 
 class BehaviourTable(Table):
@@ -84,11 +92,11 @@ def _faults_of(name: str, row: Behaviour, given: Mapping[str, Any]) -> Faults:
             text = f": unknown key{nearest(key, row.parameters)}; known here: {', '.join(row.parameters)}"
             faults.append(fault((name, key), given[key], text))
         elif key not in given:
-            faults.append(fault((name, key), None, f": missing; must be {row.parameters[key]}{OR_EACH}"))
+            faults.append(fault((name, key), None, f": missing; must be {row.words(key)}{OR_EACH}"))
         else:
             values = given[key] if isinstance(given[key], tuple) else (given[key],)
             if not values or not all(_is_number(value) and row.allows(key, value) for value in values):
-                text = f" = {shown(given[key])}: must be {row.parameters[key]}{OR_EACH}"
+                text = f" = {shown(given[key])}: must be {row.words(key)}{OR_EACH}"
                 faults.append(fault((name, key), given[key], text))
     return faults
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import behaviour as kernels
 from warp_rods.kernels.layout import to_host
-from warp_rods.rods.free.arrays import Arrays
+from warp_rods.rods.free.arrays import Arrays, allocate_couple_across
 from warp_rods.rods.free.flagella import Flagella
 from warp_rods.rods.per_rod import each_rod
 from warp_rods.rods.status import Status
@@ -21,7 +21,7 @@ from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.flagella import LAWS
 from warp_rods.values import plain
 
-__all__ = ["EVENTS", "Behaviours", "behaviours_of", "seed_and_streams"]
+__all__ = ["EVENTS", "Behaviours", "behaviours_of", "drag_of_turning", "seed_and_streams", "turning"]
 
 EVENTS = {"event_time": "time", "event_count": "count"}
 """Name in a state → array of events."""
@@ -45,7 +45,8 @@ def behaviours_of(given: Any, count: int, flagella: Flagella) -> dict[str, dict[
         if not isinstance(values, Mapping):
             raise arguments.wrong(f"behaviour.{name}", values, f"a mapping of {', '.join(row.parameters)}")
         refuse_unknown(values, row.parameters, f"behaviour.{name}")
-        for key, allowed in row.parameters.items():
+        for key in row.parameters:
+            allowed = row.words(key)
             if key not in values:
                 raise SceneError(f"behaviour.{name}.{key}: missing; must be {allowed}")
             read = arguments.reals(f"behaviour.{name}.{key}", values[key])
@@ -74,14 +75,32 @@ def seed_and_streams(seed: Any, streams: Any, count: int) -> tuple[int, np.ndarr
     return seed, given.astype(np.uint64)
 
 
+def turning(behaviours: Iterable[str]) -> bool:
+    """Whether behaviours of these names turn rods."""
+    return any(BEHAVIOURS[name].turns for name in behaviours)
+
+
+def drag_of_turning(drag: np.ndarray, nodes: int) -> np.ndarray:
+    """∫ ζ⊥ s² ds about the centre of drag [rod], of a straight rod of length 1; drag: ζ⊥ [rod] or [rod, node]."""
+    s, weights = np.linspace(-0.5, 0.5, nodes), np.full(nodes, 1 / (nodes - 1))
+    weights[[0, -1]] /= 2
+    weights = weights * (drag[:, None] if drag.ndim == 1 else drag)
+    arm = s - (weights @ s / weights.sum(axis=1))[:, None]
+    return np.asarray((weights * arm**2).sum(axis=1))
+
+
 class Behaviours:
-    """The events of the rods of ``arrays`` under ``behaviours``, with random numbers by seed and stream of a rod."""
+    """The events of the rods of ``arrays`` under ``behaviours``, with random numbers by seed and stream of a rod.
+
+    law: the parameters of the law of the flagella [rod, 4]. drag: ``drag_of_turning``.
+    """
 
     def __init__(
         self,
         behaviours: Mapping[str, Mapping[str, Any]],
         arrays: Arrays,
         law: np.ndarray,
+        drag: np.ndarray,
         seed: int,
         streams: np.ndarray,
     ):
@@ -99,6 +118,9 @@ class Behaviours:
         b.time = wp.zeros(values.shape[:2], dtype=wp.float64, device=device)
         b.count = wp.zeros(values.shape[:2], dtype=wp.int32, device=device)
         b.target = wp.array(law[:, None], dtype=kernels.Numbers, device=device)
+        b.drag = wp.array(drag, dtype=wp.float64, device=device)
+        if turning(behaviours):
+            b.couple = allocate_couple_across(arrays)
         b.stream = wp.array(streams, dtype=wp.uint64, device=device)
         b.seed = wp.uint64(seed)
         self._launch(kernels.start, values.shape[:2], b)

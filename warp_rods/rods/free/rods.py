@@ -28,7 +28,7 @@ from warp_rods.rods.free.arrays import (
     set_carrier,
     set_ends,
 )
-from warp_rods.rods.free.behaviour import Behaviours, behaviours_of, seed_and_streams
+from warp_rods.rods.free.behaviour import Behaviours, behaviours_of, drag_of_turning, seed_and_streams, turning
 from warp_rods.rods.free.checks import (
     along_rods,
     check_nodes,
@@ -83,7 +83,7 @@ class FreeRods(FreeReadings, Ensemble):
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free.
-    behaviour: what rods do at random times, ``{"reversal": {"rate": 0.5}, "tumble": {"rate": 1, "duration": 0.1}}``,
+    behaviour: what rods do at random times, ``{"reversal": {"rate": 0.5}, "tumble": {"rate": 1, …}}``,
     for the law ``driven`` of the flagella; its random numbers follow from the seed (0 to 2^64 − 1) and the stream of a
     rod: streams [rod], whole numbers, its own number where left out.
     position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
@@ -182,10 +182,11 @@ class FreeRods(FreeReadings, Ensemble):
             if self._turned:
                 self._enable_couple()
             self._place(shape, parameter("position", position, count, (arguments.ANY,) * 3), frames(rotation, count))
-            self._launches = FreeLaunches(self._arrays, self._clock)
             self._behaviours: Behaviours | None = None
             if behaviours:
-                self._behaviours = Behaviours(behaviours, self._arrays, law_parameters, *random)
+                drag = drag_of_turning(product(self.drag_along, self.drag_ratio), nodes)
+                self._behaviours = Behaviours(behaviours, self._arrays, law_parameters, drag, *random)
+            self._launches = FreeLaunches(self._arrays, self._clock)
             self._holding: Holding | None = None
             if needs_places(*held):
                 self._hold(held)
@@ -272,7 +273,8 @@ class FreeRods(FreeReadings, Ensemble):
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
         in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
-        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not self._turned)
+        turned = self._turned or turning(self.behaviour)
+        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not turned)
         bend, twist = (v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist))
         self._arrays.pace.highest_order.assign(highest_order(bend, twist, planar))
 

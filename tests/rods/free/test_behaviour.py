@@ -128,6 +128,15 @@ def test_a_tumble_turns_a_stiff_rod_by_the_angle_that_was_drawn(along, device, v
     )  # fmt: skip
 
 
+def test_each_rod_may_have_a_rate_of_its_own():
+    """The same random numbers: times of first events are in the ratio of the rates."""
+    rates = [0.5, 2.0, 8.0]
+    one, each = swimmers(3, {"reversal": {"rate": 1.0}}), swimmers(3, {"reversal": {"rate": rates}})
+    first = (rods.state()["event_time"][:, 0] for rods in (one, each))
+    np.testing.assert_allclose(next(first), next(first) * rates, rtol=1e-14)
+    assert each.parameters(2)["behaviour"] == {"reversal": {"rate": 8.0}}
+
+
 def test_couples_from_outside_add_to_those_of_tumbles():
     """Couples of zero in space change nothing."""
     found = []

@@ -46,10 +46,9 @@ from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
-from warp_rods.rods.per_rod import frames, parameter, vectors
+from warp_rods.rods.per_rod import each_rod, frames, parameter, vectors
 from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
-from warp_rods.values import plain
 
 FRAME = ("rotation", "position", "angle")
 MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
@@ -501,7 +500,11 @@ class FreeRods(FreeReadings, Ensemble):
 
     def _settings(self, rod: int) -> dict[str, Any]:
         settings = {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
-        return settings | ({"behaviour": plain(self.behaviour)} if self.behaviour else {})
+        of_rod = {
+            name: {key: float(each_rod(v, self.count)[rod]) for key, v in b.items()}
+            for name, b in self.behaviour.items()
+        }
+        return settings | ({"behaviour": of_rod} if of_rod else {})
 
     def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""

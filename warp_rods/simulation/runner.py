@@ -27,6 +27,7 @@ from warp_rods.simulation.report import Report
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.saver import Saver, stop_for_failures
 from warp_rods.simulation.stopping import leave, stopping
+from warp_rods.simulation.under_way import Telling
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,8 +173,10 @@ def _go_on_from(simulation: Simulation, kept: RunFolder, state: State, report: R
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:
     """Step to the end with a progress bar; returns rod-steps done."""
     first, end, begun = simulation.rod_steps, simulation.scene.time.end, time.perf_counter()
-    with Bar("running", PARTS, console, int(PARTS * simulation.now / end)) as bar, stopping(simulation, kept, report):
+    bar, others = Bar("running", PARTS, console, int(PARTS * simulation.now / end)), Telling(kept.path, simulation.now)
+    with bar, others, stopping(simulation, kept, report):
         for _ in simulation.advance():
+            others.tell(simulation.now, simulation.rod_steps - first)
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
             kept.write_frames()

@@ -119,7 +119,5 @@ def _chosen(
     for name in names:
         if name != ALL and name not in {one.name for one in there}:
             every = list(dict.fromkeys(one.name for one in there))
-            raise SceneError(
-                f"{name}: nothing of this run is called so{nearest(name, every)}; there are {', '.join(every)}"
-            )
+            raise SceneError(f"{name}: no plot of this run{nearest(name, every)}; there are {', '.join(every)}")
     return [one for one in there if ALL in names or one.name in names]

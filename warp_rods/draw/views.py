@@ -24,6 +24,8 @@ __all__ = ["VIEWS", "View", "views"]
 
 SIGNED_MAP = "RdBu_r"
 """Colours of values of both signs, white at 0."""
+STEEP = 30.0
+"""Sums whose largest value is above so many times the median are drawn on a logarithmic axis."""
 MOST_LINES = 12
 """Rods of a phase portrait, at most."""
 
@@ -61,12 +63,21 @@ NAMES = {
 
 
 def _sums(axes: Any, data: xr.Dataset, names: list[str]) -> None:
-    """The sums over the rods; a variable that is 0 throughout is left out unless it is the first."""
+    """The sums over the rods; a variable that is 0 throughout is left out unless it is the first.
+
+    The axis is logarithmic where a linear one would show a peak alone; values below 0 are then left out.
+    """
+    totals = {name: data[name].sum("rod") for name in names}
+    first = totals[names[0]]
+    steep = bool((first > 0).all() and first.max() > STEEP * first.median())
     for name, colour in zip(names, OKABE_ITO, strict=False):
-        total = data[name].sum("rod")
-        if name == names[0] or (total != 0).any():
-            axes.plot(data["time"], total, color=colour, label=NAMES[name])
-    axes.axhline(0, **GUIDE)
+        if name == names[0] or (totals[name] != 0).any():
+            shown = totals[name].where(totals[name] > 0) if steep else totals[name]
+            axes.plot(data["time"], shown, color=colour, label=NAMES[name])
+    if steep:
+        axes.set_yscale("log")
+    else:
+        axes.axhline(0, **GUIDE)
     above(axes)
 
 

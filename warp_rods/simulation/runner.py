@@ -13,8 +13,9 @@ import numpy as np
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
+from warp_rods.notebook import html_table
 from warp_rods.progress import Bar, waiting
-from warp_rods.scene.scene import Scene
+from warp_rods.scene.scene import ENSEMBLES, Scene
 from warp_rods.simulation import losses, timing
 from warp_rods.simulation.checkpoint import State
 from warp_rods.simulation.estimates import check_disk
@@ -64,6 +65,12 @@ class Run(metaclass=Documented):
     def __repr__(self) -> str:
         lost = f", {len(self.lost)} rods lost" if self.lost else ""
         return f"<Run in {self.folder}: {', '.join(self.order)}; {self.seconds:.1f} s{lost}>"
+
+    def _repr_html_(self) -> str:
+        tables = {table.name: table for kind in ENSEMBLES for table in getattr(self.scene, kind)}
+        rods = [(name, tables[name].count, tables[name].nodes) for name in self.order]
+        rows = [*rods, ("lost", len(self.lost), ""), ("took", f"{self.seconds:.1f} s", "")]
+        return html_table(rows, ("ensemble", "rods", "nodes"), f"Run in {self.folder}")
 
     @property
     def data(self) -> xr.DataTree:

@@ -37,18 +37,7 @@ SceneFile = Annotated[
         autocompletion=completion.scenes,
     ),
 ]
-RunDir = cli_look.RunDir
-
-
-def _out(what: str) -> Any:
-    """The option --out, which may not be empty, as a variable of a shell that is not set would be."""
-
-    def folder(text: str) -> Path:
-        if not text:
-            raise typer.BadParameter('"": must be the path of a folder')
-        return Path(text)
-
-    return typer.Option(parser=folder, metavar="<path>", help=what)
+RunDir, _out = cli_look.RunDir, cli_look.out_option
 
 
 def _version(wanted: bool) -> None:
@@ -122,6 +111,7 @@ def run(
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+    console.print(f"to see them: warp-rods plot {done.folder}; for other programs: warp-rods export {done.folder}")
     if done.lost:
         raise typer.Exit(RodFailure.exit_code)
 

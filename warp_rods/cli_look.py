@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -12,7 +12,7 @@ from rich.console import Console
 from warp_rods import completion
 from warp_rods.errors import RunFolderError
 
-__all__ = ["add_to"]
+__all__ = ["RunDir", "add_to", "out_option"]
 
 RunDir = Annotated[
     Path, typer.Argument(metavar="DIR", help="The folder of a run", autocompletion=completion.run_folders)
@@ -21,6 +21,18 @@ RUNS = Path("runs")
 PLOTTED = {"trajectory.zarr": "warp_rods.draw.of_run"}
 """What marks a folder that can be plotted, and the module with ``listed(folder)``, lines that say what there is, and
 ``drawn(folder, names, ensembles, out, rod)``, which draws."""
+
+
+def out_option(what: str) -> Any:
+    """The option --out, which may not be empty, as a variable of a shell that is not set would be."""
+
+    def folder(text: str) -> Path:
+        if not text:
+            raise typer.BadParameter('"": must be the path of a folder')
+        return Path(text)
+
+    return typer.Option(parser=folder, metavar="<path>", help=what)
+
 
 scenes_app = typer.Typer(help="The scenes that come with the program.")
 
@@ -37,14 +49,14 @@ def plot(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[WHAT]...",
+            metavar="WHAT",
             help="Names of plots, or all; without one they are listed",
             autocompletion=completion.plots,
         ),
     ] = None,
     ensembles: Annotated[str, typer.Option(metavar="A,B", help="Of these ensembles only")] = "",
     rod: Annotated[int | None, typer.Option(min=0, help="Which rod, where a plot shows one; the first is 0")] = None,
-    out: Annotated[Path | None, typer.Option(metavar="<path>", help="Folder for the files; default DIR/plots")] = None,
+    out: Annotated[Path | None, out_option("Folder for the files; default DIR/plots")] = None,
 ) -> None:
     """Draw plots of a run as PNG and SVG into DIR/plots; without names, list what can be drawn of it."""
     _start_warp()
@@ -83,7 +95,7 @@ def status(
     run_dirs: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[DIR]...",
+            metavar="DIR",
             help="Folders of runs; without one those in runs/",
             autocompletion=completion.run_folders,
         ),
@@ -131,7 +143,7 @@ def list_scenes(context: typer.Context) -> None:
 @scenes_app.command("copy")
 def copy(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A scene", autocompletion=completion.scene_names)],
-    folder: Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Where to", show_default="here")] = Path(),
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where to", show_default="here")] = Path(),
 ) -> None:
     """Copy a scene, the files that it reads, and the schema by which editors complete and check it."""
     from warp_rods.scene.shipped import copy_scene

@@ -33,6 +33,6 @@ def _of_scenes(folder: Path) -> Iterator[tuple[str, str]]:
         yield f"warp-rods check {own[0].name}", "read a scene, list its faults, tell what a run needs"
         yield f"warp-rods run {own[0].name}", f"simulate it: results in runs/{own[0].stem}"
     yield "warp-rods scenes", "the scenes that come with the program"
-    if not own:
-        yield f"warp-rods run {FIRST}", f"simulate the first of them: results in runs/{FIRST}"
+    if not own and not (folder / "runs" / FIRST).exists():
+        yield f"warp-rods run {FIRST}", f"simulate one of them: results in runs/{FIRST}"
     yield f"warp-rods scenes copy {FIRST}", "a copy to edit"

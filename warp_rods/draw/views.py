@@ -132,12 +132,12 @@ def phase_portrait(axes: Any, data: xr.Dataset) -> None:
 
 
 def _along(variable: str, what: str) -> View:
-    return View(f"kymograph of {what}, of one rod", partial(kymograph, variable=variable), (variable,))
+    return View(f"Kymograph of {what}, of one rod", partial(kymograph, variable=variable), (variable,))
 
 
 VIEWS: dict[str, View] = {
-    "energies": View("energies and powers of all rods together", energies, ("energy", "dissipation")),
-    "phase_portrait": View("the two largest bending modes against each other", phase_portrait, ("strain",)),
+    "energies": View("Energies and powers of all rods together", energies, ("energy", "dissipation")),
+    "phase_portrait": View("The two largest bending modes against each other", phase_portrait, ("strain",)),
     "kymograph_activity": _along("activity", "the flagellar field"),
     "kymograph_tension": _along("tension", "the tension"),
     "kymograph_energy": _along("energy_density", "the elastic energy per length"),
@@ -151,7 +151,7 @@ def views(data: xr.Dataset) -> dict[str, View]:
     for variable, dimension in (("strain", "strain_component"), ("stretch", "stretch_component")):
         for component in data[dimension].to_numpy() if variable in data else ():
             function = partial(kymograph, variable=variable, component=str(component))
-            found[f"kymograph_{component}"] = View(f"kymograph of {component}, of one rod", function, (variable,))
+            found[f"kymograph_{component}"] = View(f"Kymograph of {component}, of one rod", function, (variable,))
     return found
 
 

@@ -148,9 +148,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         simulation = Simulation(scene, device)
         simulation.warm_up()
     seconds = time.perf_counter() - start
-    report.note(
-        f"{simulation.rods} rods on {simulation.device}; kernels compiled or loaded and rods placed in {seconds:.1f} s"
-    )
+    rods = f"{simulation.rods} rod{'s' if simulation.rods > 1 else ''} on {simulation.device}"
+    report.note(f"{rods}; kernels compiled or loaded and rods placed in {seconds:.1f} s")
     for line in simulation.notes:
         report.note(line)
     for line in simulation.warnings:
@@ -214,6 +213,7 @@ def _steps_by_error(simulation: Simulation) -> str:
         control = simulation.together.control
         return f"{control.taken} steps; {control.rejected} more were repeated shorter"
     taken, rejected = (np.concatenate([getattr(e, name) for e in simulation.ensembles.values()]) for name in STEPS)
-    return (
-        f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} more were repeated shorter"
+    each = (
+        f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all" if len(taken) > 1 else f"{taken[0]} steps"
     )
+    return f"{each}; {rejected.sum()} more were repeated shorter"

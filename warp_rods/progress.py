@@ -34,7 +34,7 @@ class Bar:
         self._what, self._total, self._console, self._done = what, total, console, done
         self._began, self._shown, self._done_before = time.monotonic(), float("-inf"), done
         self._note = ""
-        self._lines = Lines(self._line, console)
+        self._lines = Lines(self._line, console, bar_in_notebook=True)
         self._progress: Any = None
         self._task: Any = None
         self._in_notebook: Any = None
@@ -90,10 +90,13 @@ class Bar:
 
 
 class Lines:
-    """Lines about what goes on, as a function ``line`` tells, every half a minute; only where there is no terminal."""
+    """Lines about what goes on, as a function ``line`` tells, every half a minute; only where there is no terminal.
 
-    def __init__(self, line: Callable[[], str], console: Console | None = None):
-        self._line, self._console = line, console
+    bar_in_notebook: whether a notebook shows a bar instead.
+    """
+
+    def __init__(self, line: Callable[[], str], console: Console | None = None, *, bar_in_notebook: bool = False):
+        self._line, self._console, self._bar_in_notebook = line, console, bar_in_notebook
         self._done = threading.Event()
 
     @property
@@ -107,8 +110,8 @@ class Lines:
 
     @property
     def wanted(self) -> bool:
-        """Whether there is no terminal and no notebook, which show a bar instead."""
-        return not self.console.is_terminal and not self.console.is_jupyter
+        """Whether there is nothing that shows a bar instead."""
+        return not (self.console.is_terminal or (self._bar_in_notebook and self.console.is_jupyter))
 
     def start(self, first: float) -> None:
         """Tell after ``first`` seconds and then every half a minute; from a thread, as one step may take longer."""
@@ -144,7 +147,7 @@ def with_progress(items: Sequence[Item], what: str) -> Iterator[Item]:
 def waiting(what: str, console: Console | None = None) -> Iterator[None]:
     """Show that something goes on whose end cannot be foretold; without a terminal in a line now and then."""
     began = time.monotonic()
-    lines = Lines(lambda: f"{what}: {in_words(time.monotonic() - began)} so far", console)
+    lines = Lines(lambda: f"{what}: {in_words(time.monotonic() - began)} so far", console, bar_in_notebook=True)
     lines.start(WAIT)
     try:
         with _in_notebook(what) if lines.console.is_jupyter else lines.console.status(f"{what} …"):

@@ -83,6 +83,9 @@ def test_a_run_is_watched_from_another_process(running, monkeypatch, capsys):
     assert len(lines) >= 4 and all("running" in line and "left" in line for line in lines[1:3])
     assert last.state is State.STOPPED and "killed" in lines[-1] and exit_code([last]) == 1
     assert last.time == pytest.approx(0.05 * (last.frames - 1))
+    assert (folder / UNDER_WAY).exists()  # it was killed
+    lock_folder(folder).release()
+    assert not (folder / UNDER_WAY).exists()  # nor would a run that begins here seem to be that far
 
 
 def test_a_finished_run(tmp_path):

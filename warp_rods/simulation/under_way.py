@@ -85,6 +85,8 @@ def lock_folder(folder: Path) -> FileLock:
         lock.acquire(timeout=PATIENCE, poll_interval=0.02)
     except Timeout:
         raise RunFolderError(f"another run is writing to {folder}: wait for it, or give another --out") from None
+    with contextlib.suppress(OSError):  # what a killed run told is not of this one
+        (folder / UNDER_WAY).unlink(missing_ok=True)
     return lock
 
 

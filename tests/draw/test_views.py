@@ -64,6 +64,7 @@ def test_a_kymograph_is_of_one_rod_and_white_at_zero():
         values = factor * np.linspace(0, 1, FRAMES)[:, None] * np.linspace(-0.5, 0.5, NODES)
         np.testing.assert_allclose(np.asarray(mesh.get_array()).reshape(values.shape), values)
         assert mesh.norm.vmin == -mesh.norm.vmax and mesh.cmap.name == views.SIGNED_MAP
+    assert drawn("kymograph_twist").axes[1].get_ylabel() == "twist"  # beside the colours
     grown = ensemble(length=(("frame", "rod"), np.outer(np.arange(1, 6), [1.0, 1.0])))
     assert drawn("kymograph_twist", grown).axes[0].get_ylabel() == "arc length (length)"
     with pytest.raises(ValueError, match="rod = 2: there are 2, counted from 0"):

@@ -73,7 +73,8 @@ def _sums(axes: Any, data: xr.Dataset, names: list[str]) -> None:
     for name, colour in zip(names, OKABE_ITO, strict=False):
         if name == names[0] or (totals[name] != 0).any():
             shown = totals[name].where(totals[name] > 0) if steep else totals[name]
-            axes.plot(data["time"], shown, color=colour, label=NAMES[name])
+            style = "--" if name == "power" else "-"  # in steady motion it is what is dissipated
+            axes.plot(data["time"], shown, style, color=colour, label=NAMES[name])
     if steep:
         axes.set_yscale("log")
     else:
@@ -90,7 +91,7 @@ def kymograph(axes: Any, data: xr.Dataset, variable: str, component: str | None 
         raise ValueError(f"rod = {rod}: there are {data.sizes['rod']}, counted from 0")
     values = data[variable].isel(rod=rod)
     if component is not None:
-        values = values.sel({values.dims[-1]: component})
+        values = values.sel({values.dims[-1]: component}).assign_attrs(values.attrs | {"long_name": component})
     values = values.transpose("frame", "node")
     numbers = values.to_numpy()
     if not np.any(numbers):
@@ -107,8 +108,7 @@ def kymograph(axes: Any, data: xr.Dataset, variable: str, component: str | None 
         time, ends, numbers, vmin=-top if signed else 0, vmax=top,
         cmap=SIGNED_MAP if signed else None, shading="gouraud", rasterized=True,
     )  # fmt: skip
-    title = label(values) if component is None else label(values).replace("strain", component, 1)
-    axes.figure.colorbar(drawn, ax=axes, extend="both" if signed else "max", label=title)
+    axes.figure.colorbar(drawn, ax=axes, extend="both" if signed else "max", label=label(values))
     axes.set(title=f"rod {rod}", ylabel=name)
     times(axes, data)
 

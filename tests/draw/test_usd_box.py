@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warp_rods import workflow
-from warp_rods.draw.usd.box import into_box
+from warp_rods.draw.rods import into_box
 from warp_rods.scene.scene import Scene
 
 CELLS = {

@@ -1,48 +1,122 @@
-"""The table of exporters: each makes one file of a run from its trajectory.
+"""The table of exporters: each makes one file, or one folder, of a run from its trajectory.
 
-To add one, write a function ``(run_dir, path) -> path`` and give it a row of ``EXPORTERS``. ``warp-rods export DIR``
-takes its options from this table. A function imports what it needs when it is called.
+To add one, write a function ``(content, path, **options) -> None``, which writes what ``content`` (``draw/content.py``)
+shows to ``path``, and give it a row of ``EXPORTERS``; options are rows of ``OPTIONS``. ``warp-rods export DIR`` takes
+its flags and options from these tables. A function imports what it needs when it is called.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["EXPORTERS", "Exporter"]
+from warp_rods.errors import RunFolderError
+
+if TYPE_CHECKING:
+    from warp_rods.draw.content import Content
+    from warp_rods.draw.selection import Selection
+
+__all__ = ["EXPORTERS", "OPTIONS", "Exporter", "Option"]
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of exporters: its type on the command line, its default, and what it is."""
+
+    kind: type
+    default: Any
+    what: str
+
+
+OPTIONS: dict[str, Option] = {
+    "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
+    "dpi": Option(int, 200, "dots per inch of pictures"),
+}
+"""By name; exporters name those that they take."""
 
 
 @dataclass(frozen=True)
 class Exporter:
-    """What an exporter makes, the suffix of its file, and its function; ``stem``: the usual name without the suffix.
+    """What an exporter makes, the suffix of its file (none for a folder), and its function.
 
-    ``function(run_dir, path)`` writes the file to ``path`` and returns the path that it wrote. Raises RunFolderError
-    where ``run_dir`` holds no run, or no complete frame.
+    ``function(content, path, **options)`` writes to ``path``, a temporary name that is then changed. ``size(content,
+    **options)``: about how many bytes that will be. stem: the usual name without the suffix. options: names of
+    ``OPTIONS``.
     """
 
     what: str
     suffix: str
-    function: Callable[[Path, Path], Path]
+    function: Callable[..., None]
+    size: Callable[..., float]
     stem: str = "animation"
+    options: tuple[str, ...] = ()
 
     @property
     def file_name(self) -> str:
         """The usual name of the file in the run folder."""
         return self.stem + self.suffix
 
-    def export(self, run_dir: Path) -> Path:
-        """Write the file under its usual name into the run folder; returns its path."""
-        return self.function(run_dir, run_dir / self.file_name)
+    def export(
+        self, run_dir: Path, path: Path | None = None, selection: Selection | None = None, **options: Any
+    ) -> Path:
+        """Write the file of a run; returns its path, by default that of its usual name in the run folder.
+
+        options: of this exporter, others are left alone. Raises RunFolderError where there is no run, no complete
+        frame, or where the file cannot be written; SceneError for a selection that does not fit the run.
+        """
+        from warp_rods.draw.content import content
+
+        path = run_dir / self.file_name if path is None else path
+        return self.write(content(run_dir, selection), path, **options)
+
+    def write(self, content: Content, path: Path, **options: Any) -> Path:
+        """Write what is shown to ``path``, under a temporary name until it is whole; returns the path."""
+        temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+        _remove(temporary)  # of an export that was killed
+        try:
+            self.function(content, temporary, **self._taken(options))
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            temporary.replace(path)
+        except OSError as fault:
+            raise RunFolderError(f"{path} cannot be written: {str(fault.strerror or fault).rstrip('.')}.") from None
+        finally:
+            _remove(temporary)
+        return path
+
+    def estimate(self, content: Content, **options: Any) -> float:
+        """About how many bytes the file will have."""
+        return self.size(content, **self._taken(options))
+
+    def _taken(self, options: dict[str, Any]) -> dict[str, Any]:
+        return {name: options.get(name, OPTIONS[name].default) for name in self.options}
 
 
-def _usd(run_dir: Path, path: Path) -> Path:
-    from warp_rods.draw.usd.export import export_usd
+def _remove(path: Path) -> None:
+    """Remove a temporary file or folder, and what a writer of USD has made beside it."""
+    from warp_rods.simulation.leftovers import remove_partial
 
-    return export_usd(run_dir, path)
+    if path.is_dir():
+        shutil.rmtree(path)
+    remove_partial(path.with_name(path.name.replace(".partial", "", 1).removeprefix(".")))
+
+
+def _usd(content: Content, path: Path) -> None:
+    from warp_rods.draw.usd.export import write_usd
+
+    write_usd(content, path)
+
+
+def _usd_size(content: Content) -> float:
+    from warp_rods.draw.usd.export import size
+
+    return size(content)
 
 
 EXPORTERS: dict[str, Exporter] = {
-    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd),
+    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
 }
 """By the name of the option: ``usd`` is ``--usd``."""

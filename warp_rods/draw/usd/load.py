@@ -10,9 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from warp_rods.draw.usd.curves import frames_of, linear_curves, sampled, set_points
+from warp_rods.draw.content import SAMPLED_FRAMES, Content
+from warp_rods.draw.rods import Rods
+from warp_rods.draw.usd.curves import linear_curves, set_points
 from warp_rods.progress import with_progress
 
 _SPACING = 8  # approximate number of nodes between arrows; an arrow at every node would double the size of the file
@@ -27,25 +28,26 @@ _DOCUMENTATION = {
 """Variables that are drawn; each has a scale of its own, as their units differ."""
 
 
-def draw_loads(stage: Any, ensembles: dict[str, xr.Dataset], size: float, material: Any) -> None:
+def draw_loads(stage: Any, shown: Content, size: float, material: Any) -> None:
     """Arrows of each variable for each ensemble where it is not zero, with one scale for all ensembles and frames.
 
     An arrow at the 0.95 quantile of |load| has 0.08 times ``size``, the size of the membrane.
     """
     for variable in _DOCUMENTATION:
-        magnitudes = {name: _magnitudes(data[variable]) for name, data in ensembles.items() if variable in data}
-        loaded = {name: load for name, load in magnitudes.items() if load.any()}
+        found = {rods: _magnitudes(rods, variable, shown.frames) for rods in shown.rods if variable in rods.data}
+        loaded = {rods: magnitudes for rods, magnitudes in found.items() if magnitudes.any()}
         if not loaded:
             continue
         every = np.concatenate(list(loaded.values()))
         typical = float(np.quantile(every, _QUANTILE)) or float(every.max())
-        for name in loaded:
-            _draw_load(stage, name, ensembles[name], variable, typical, _LENGTH * size, material)
+        for rods in loaded:
+            _draw_load(stage, rods, shown.frames, variable, typical, _LENGTH * size, material)
 
 
-def _magnitudes(load: xr.DataArray) -> np.ndarray:
+def _magnitudes(rods: Rods, variable: str, frames: int) -> np.ndarray:
     """All finite values of |load| at some of the frames."""
-    values = np.linalg.norm(sampled(load).values, axis=-1)
+    some = range(0, frames, -(-frames // SAMPLED_FRAMES))
+    values = np.concatenate([np.linalg.norm(rods.variable(variable, frame), axis=-1).ravel() for frame in some])
     return values[np.isfinite(values)]
 
 
@@ -55,27 +57,27 @@ def _arrow_nodes(nodes: int) -> np.ndarray:
 
 
 def _draw_load(
-    stage: Any, name: str, data: xr.Dataset, variable: str, typical: float, length: float, material: Any
+    stage: Any, rods: Rods, frames: int, variable: str, typical: float, length: float, material: Any
 ) -> None:
     """The arrows of one ensemble at every frame; a load of size ``typical`` has an arrow of this ``length``."""
     from pxr import Gf, Tf, UsdGeom, Vt
 
-    at_ends = "end" in data[variable].dims
-    rods, last = data.sizes["rod"], data.sizes["node"] - 1
-    nodes = np.array([0, last]) if at_ends else _arrow_nodes(last + 1)
-    path = f"/World/Loads/{Tf.MakeValidIdentifier(name)}_{variable}"
-    arrows = linear_curves(stage, path, np.full(rods * len(nodes), len(_POINTS)), material)
+    at_ends = "end" in rods.data[variable].dims
+    nodes = np.array([0, rods.nodes - 1]) if at_ends else _arrow_nodes(rods.nodes)
+    path = f"/World/Loads/{Tf.MakeValidIdentifier(rods.name)}_{variable}"
+    arrows = linear_curves(stage, path, np.full(rods.count * len(nodes), len(_POINTS)), material)
     arrows.CreatePurposeAttr(UsdGeom.Tokens.guide)
     arrows.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(*_COLOUR)])
     arrows.GetPrim().SetDocumentation(_DOCUMENTATION[variable])
     arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", length / typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
-    base, load = np.zeros((2, rods, len(nodes), 3))
-    steps = with_progress(range(data.sizes["frame"]), f"USD: {variable} of {name}")
-    for frame, (place, values) in zip(steps, frames_of(data, "position", variable), strict=True):
-        position, force = place[:, nodes], values if at_ends else values[:, nodes]
+    base, load = np.zeros((2, rods.count, len(nodes), 3))
+    for frame in with_progress(range(frames), f"USD: {variable} of {rods.name}"):
+        values = rods.variable(variable, frame)
+        force = values if at_ends else values[:, nodes]
+        position = rods.variable("position", frame)[:, nodes]
         valid = np.isfinite(position + force).all(axis=(1, 2), keepdims=True)
-        base, load = np.where(valid, position, base), np.where(valid, force, load)  # failed rods as drawn
+        base, load = np.where(valid, position, base), np.where(valid, force, load)  # lost rods as drawn
         points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (length / typical)
         set_points(arrows, frame, points.reshape(-1, 3), _WIDTHS.max() / 2 * length)
         # Arrows shorter than the typical one are also thinner; otherwise they would look like discs.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,8 @@ class Option:
 OPTIONS: dict[str, Option] = {
     "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
     "dpi": Option(int, 200, "dots per inch of pictures"),
+    "limit": Option(float, 25.0, "largest size of a page in MB; frames are left out evenly to stay below"),
+    "optics": Option(str, "", "file that describes the microscope; each export writes the one it used"),
 }
 """By name; exporters name those that they take."""
 
@@ -116,7 +119,24 @@ def _usd_size(content: Content) -> float:
     return size(content)
 
 
+def _of(module: str, name: str) -> Callable[..., Any]:
+    """The function of this name in a module of this room, which is imported when it is called."""
+    return lambda *given, **options: getattr(import_module(f"warp_rods.draw.{module}"), name)(*given, **options)
+
+
+def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
+    """A row for a file of another program, whose module has ``write`` and ``size``."""
+    return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
+
+
+_page = _of("page.export", "write"), _of("page.export", "size")
 EXPORTERS: dict[str, Exporter] = {
     "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
+    "html": Exporter("page that plays in any browser", ".html", *_page, options=("limit",)),
+    "vtkhdf": _file("all variables for ParaView", "vtkhdf", ".vtkhdf"),
+    "gsd": _file("beads and bonds for OVITO, MDAnalysis and freud", "gsd", ".gsd"),
+    "simularium": _file("fibres for the Simularium viewer", "simularium", ".simularium"),
+    "wcon": _file("midlines for trackers of worms", "wcon", ".wcon"),
+    "csv": _file("table of all nodes", "csv", ".csv"),
 }
 """By the name of the option: ``usd`` is ``--usd``."""

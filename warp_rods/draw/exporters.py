@@ -133,7 +133,7 @@ _page = _of("page.export", "write"), _of("page.export", "size")
 EXPORTERS: dict[str, Exporter] = {
     "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
     "html": Exporter("page that plays in any browser", ".html", *_page, options=("limit",)),
-    "vtkhdf": _file("all variables for ParaView", "vtkhdf", ".vtkhdf"),
+    "vtkhdf": _file("folder of files with all variables for ParaView", "vtkhdf", "", "vtkhdf"),
     "gsd": _file("beads and bonds for OVITO, MDAnalysis and freud", "gsd", ".gsd"),
     "simularium": _file("fibres for the Simularium viewer", "simularium", ".simularium"),
     "wcon": _file("midlines for trackers of worms", "wcon", ".wcon"),

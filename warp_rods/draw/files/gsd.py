@@ -85,7 +85,8 @@ def _whole(rods: Rods) -> Any:
     """Positions as saved; lost rods stay where they were last."""
     last = rods.positions(0)
     for positions in saved_positions(rods):
-        last = np.where(np.isfinite(positions), positions, last)
+        there = np.isfinite(positions).all(axis=(1, 2))
+        last = np.where(there[:, None, None], positions, last)
         yield last
 
 

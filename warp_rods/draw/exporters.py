@@ -129,6 +129,7 @@ def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
     return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
 
 
+_microscope = _of("microscope.export", "write"), _of("microscope.export", "size")
 _page = _of("page.export", "write"), _of("page.export", "size")
 EXPORTERS: dict[str, Exporter] = {
     "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
@@ -138,5 +139,8 @@ EXPORTERS: dict[str, Exporter] = {
     "simularium": _file("fibres for the Simularium viewer", "simularium", ".simularium"),
     "wcon": _file("midlines for trackers of worms", "wcon", ".wcon"),
     "csv": _file("table of all nodes", "csv", ".csv"),
+    "microscope": Exporter(
+        "folder of fluorescence images with masks (OME-TIFF)", "", *_microscope, "microscope", ("optics",)
+    ),
 }
 """By the name of the option: ``usd`` is ``--usd``."""

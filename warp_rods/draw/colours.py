@@ -30,7 +30,8 @@ class Colour:
 
     label, unit: for a colour bar (a product of the scene's length, force and time; "1" for a number). needs: variables
     of the trajectory. values(data, frames): of the nodes at these frames, [frame, rod, node]. kind: an amount (zero or
-    more, or a number), a quantity with a sign, or an angle from −π to π.
+    more, or a number), a quantity with a sign, or an angle from −π to π. quadratic: colours follow its root, from zero:
+    those of an energy then follow the strain, and rods that have nearly relaxed are not all alike.
     """
 
     label: str
@@ -38,6 +39,11 @@ class Colour:
     kind: Kind
     needs: tuple[str, ...]
     values: Values
+    quadratic: bool = False
+
+    def is_in(self, data: xr.Dataset) -> bool:
+        """Whether the trajectory of an ensemble has what the quantity needs."""
+        return all(name in data for name in self.needs)
 
     @property
     def map_name(self) -> str:
@@ -125,7 +131,7 @@ def _rod(data: xr.Dataset, frames: range) -> np.ndarray:
 
 COLOURS: dict[str, Colour] = {
     "energy_density": Colour(
-        "elastic energy per length", "force", "amount", ("energy_density",), _variable("energy_density")
+        "elastic energy per length", "force", "amount", ("energy_density",), _variable("energy_density"), True
     ),
     "twist": Colour("twist", "1/length", "signed", ("strain",), _twist),
     "tension": Colour("tension", "force", "signed", ("tension",), _variable("tension")),

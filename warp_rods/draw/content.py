@@ -25,7 +25,7 @@ from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.reading import open_run
 
-__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content"]
+__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content", "first_colour"]
 
 _SLENDERNESS = 60
 """Length over radius of rods that are drawn without a steric core."""
@@ -68,6 +68,15 @@ class Content:
         """One unit of length in metres; 1 where the scene has no units."""
         return self.scene.units.metres if self.scene.units else 1.0
 
+    @property
+    def edges(self) -> np.ndarray:
+        """Both ends [edge, 2, 3] of the edges of the box; none where there are none to draw."""
+        if self.box is None:
+            return np.empty((0, 2, 3))
+        corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+        pairs = [(a, b) for a in range(8) for b in range(a + 1, 8) if (corners[a] != corners[b]).sum() == 1]
+        return (corners * self.box)[np.array(pairs)]
+
     def scale(self, frame: int) -> Scale:
         """The scale of the colours at a frame: that of the run, of this frame, or the given one."""
         span = self.selection.span
@@ -102,6 +111,12 @@ def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
     return Content(run, selection or Selection())
+
+
+def first_colour(run_dir: str | Path) -> str:
+    """The first colour of the table that the trajectory of a run has; position alone is enough for some."""
+    data = [child.to_dataset() for child in open_run(run_dir).children.values()]
+    return next(key for key, row in COLOURS.items() if any(row.is_in(one) for one in data))
 
 
 def bounds_of(shown: Content, frames: range | list[int]) -> np.ndarray:
@@ -143,7 +158,7 @@ def _radius(scene: Scene, data: xr.Dataset) -> float:
 
 def _no_colour(name: str, chosen: dict[str, xr.Dataset]) -> RunFolderError:
     """The error where no chosen ensemble has the quantity of the colours."""
-    has = [key for key, row in COLOURS.items() if any(all(n in data for n in row.needs) for data in chosen.values())]
+    has = [key for key, row in COLOURS.items() if any(row.is_in(data) for data in chosen.values())]
     return RunFolderError(
         f"colour = {name!r}: the trajectory of {', '.join(chosen)} has no {', '.join(COLOURS[name].needs)}; its rods "
         f"can have the colours {', '.join(has)}; or run the scene with it among output.variables"

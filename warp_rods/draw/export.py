@@ -69,8 +69,6 @@ def _what_there_is(shown: Content) -> list[str]:
         lines.append(f"membrane: {shown.scene.surface.kind if shown.scene.surface else ''}{moving}")
     if shown.scene.box:
         lines.append(f"box: {shown.scene.box.kind}")
-    colours = [
-        name for name, row in COLOURS.items() if any(all(n in rods.data for n in row.needs) for rods in shown.rods)
-    ]
+    colours = [name for name, row in COLOURS.items() if any(row.is_in(rods.data) for rods in shown.rods)]
     lines.append(f"colours: {', '.join(colours)}")
     return lines

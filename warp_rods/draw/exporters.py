@@ -11,16 +11,17 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from warp_rods.errors import RunFolderError
+from warp_rods.errors import RunFolderError, SceneError
 
 if TYPE_CHECKING:
     from warp_rods.draw.content import Content
     from warp_rods.draw.selection import Selection
 
-__all__ = ["EXPORTERS", "OPTIONS", "Exporter", "Option"]
+__all__ = ["EXPORTERS", "OPTIONS", "Exporter", "Option", "need_ffmpeg"]
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,12 @@ def _remove(path: Path) -> None:
     remove_partial(path.with_name(path.name.replace(".partial", "", 1).removeprefix(".")))
 
 
+def need_ffmpeg() -> None:
+    """Raises SceneError with what to install where films in MP4 cannot be made."""
+    if find_spec("imageio_ffmpeg") is None:
+        raise SceneError("a film in MP4 needs ffmpeg: pip install 'warp-rods[film]'; or make a GIF, --gif")
+
+
 def _usd(content: Content, path: Path) -> None:
     from warp_rods.draw.usd.export import write_usd
 
@@ -117,6 +124,48 @@ def _usd_size(content: Content) -> float:
     from warp_rods.draw.usd.export import size
 
     return size(content)
+
+
+def _poster(content: Content, path: Path) -> None:
+    from warp_rods.draw.poster import draw_poster
+
+    draw_poster(content, path)
+
+
+def _png(content: Content, path: Path, dpi: int) -> None:
+    from warp_rods.draw.poster import draw_stills
+
+    draw_stills(content, path, dpi)
+
+
+def _png_size(content: Content, dpi: int) -> float:
+    from warp_rods.draw.poster import stills_size
+
+    return stills_size(content, dpi)
+
+
+def _mp4(content: Content, path: Path, fps: float) -> None:
+    from warp_rods.draw.film import draw_mp4
+
+    draw_mp4(content, path, fps)
+
+
+def _mp4_size(content: Content, fps: float) -> float:
+    from warp_rods.draw.film import mp4_size
+
+    return mp4_size(content, fps)
+
+
+def _gif(content: Content, path: Path, fps: float) -> None:
+    from warp_rods.draw.film import draw_gif
+
+    draw_gif(content, path, fps)
+
+
+def _gif_size(content: Content, fps: float) -> float:
+    from warp_rods.draw.film import gif_size
+
+    return gif_size(content, fps)
 
 
 def _of(module: str, name: str) -> Callable[..., Any]:
@@ -133,6 +182,10 @@ _microscope = _of("microscope.export", "write"), _of("microscope.export", "size"
 _page = _of("page.export", "write"), _of("page.export", "size")
 EXPORTERS: dict[str, Exporter] = {
     "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
+    "poster": Exporter("first, middle and last frame side by side", ".png", _poster, lambda _: 6e5, "poster"),
+    "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
+    "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),
+    "gif": Exporter("film for slides and pages", ".gif", _gif, _gif_size, "film", ("fps",)),
     "html": Exporter("page that plays in any browser", ".html", *_page, options=("limit",)),
     "vtkhdf": _file("folder of files with all variables for ParaView", "vtkhdf", "", "vtkhdf"),
     "gsd": _file("beads and bonds for OVITO, MDAnalysis and freud", "gsd", ".gsd"),

@@ -28,7 +28,7 @@ class Rods:
     ) -> None:
         self.name, self.data, self.frames, self.radius = name, data, frames, radius
         self.count, self.nodes = data.sizes["rod"], data.sizes["node"]
-        self.coloured = all(needed in data for needed in colour.needs)
+        self.coloured = colour.is_in(data)
         self._colour, self._period = colour, period
         self._block = max(1, int(_READ_AT_ONCE / (8 * 4 * self.count * self.nodes)))
         self._read: dict[str, tuple[int, np.ndarray]] = {}  # the block of each variable that was read last

@@ -18,20 +18,16 @@ _QUANTILES = (0.02, 0.98)
 
 @dataclass(frozen=True)
 class Scale:
-    """Colours of one quantity between ``low`` and ``high``, evenly or (``log``) in powers of ten."""
+    """Colours of one quantity between ``low`` and ``high``: evenly, or as the root of a quadratic quantity."""
 
     colour: Colour
     low: float
     high: float
-    log: bool = False
 
     def fraction(self, values: np.ndarray) -> np.ndarray:
         """Where values [...] are on the scale, from 0 to 1; NaN where there is no value."""
-        low, high = self.low, self.high
-        if self.log:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                values, low, high = np.log(np.maximum(values, low)), np.log(low), np.log(high)
-        return np.clip((values - low) / (high - low), 0.0, 1.0)
+        even = np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
+        return np.sqrt(even) if self.colour.quadratic else even
 
     def rgb(self, values: np.ndarray) -> np.ndarray:
         """sRGB [..., 3] of values [...], from 0 to 1; ``LACKING`` where there is no value."""
@@ -41,8 +37,8 @@ class Scale:
 
     def ticks(self, count: int = 5) -> np.ndarray:
         """``count`` values evenly spaced on the scale, for a colour bar."""
-        ends = (self.low, self.high)
-        return np.geomspace(*ends, count) if self.log else np.linspace(*ends, count)
+        even = np.linspace(0.0, 1.0, count)
+        return self.low + (self.high - self.low) * (even**2 if self.colour.quadratic else even)
 
 
 def scale_of(colour: Colour, values: np.ndarray) -> Scale:
@@ -54,6 +50,7 @@ def scale_of(colour: Colour, values: np.ndarray) -> Scale:
         largest = float(np.quantile(np.abs(values), _QUANTILES[1])) if values.size else 0.0
         return Scale(colour, -largest or -1.0, largest or 1.0)
     low, high = map(float, np.quantile(values, _QUANTILES)) if values.size else (0.0, 1.0)
+    low = 0.0 if colour.quadratic else low
     return Scale(colour, low, high if high > low else low + 1.0)
 
 

@@ -37,7 +37,7 @@ class Microscope(Table):
     """A fluorescence microscope with a Gaussian point spread function. Lengths are in units of the scene."""
 
     wavelength: Annotated[str, AfterValidator(_wavelength)] = Field(
-        default="520 nm", description='of the light that is seen, in quotes, such as "520 nm"'
+        default="520 nm", description='a length in quotes, such as "520 nm"'
     )
     aperture: Positive = Field(default=1.2, description="a positive number: the numerical aperture")
     index: Positive = Field(default=1.333, description="a positive number: the refractive index")

@@ -25,11 +25,10 @@ def draw_box(stage: Any, shown: Content, material: Any) -> np.ndarray:
     size = shown.box
     if size is None:
         return np.empty((0, 3))
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    ends = [(a, b) for a in range(8) for b in range(a + 1, 8) if (corners[a] != corners[b]).sum() == 1]
+    ends = shown.edges
     curves = linear_curves(stage, "/World/Box", np.full(len(ends), 2), material)
     radius = _EDGE_RADIUS * size.max()
     curves.CreateWidthsAttr([2 * radius])
     curves.SetWidthsInterpolation("constant")
-    set_points(curves, None, corners[np.ravel(ends)], radius)
-    return corners
+    set_points(curves, None, ends.reshape(-1, 3), radius)
+    return ends.reshape(-1, 3)

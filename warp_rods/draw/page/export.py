@@ -51,8 +51,8 @@ def write(content: Content, path: Path, limit: float) -> None:
     frames = _chosen(content, limit)
     if frames.step > 1:
         logging.getLogger(__name__).warning(
-            f"the page shows every {frames.step}th of {content.frames} frames, {len(frames)} in all, to stay below "
-            f"{limit:g} MB; --limit sets how large it may be"
+            f"the page shows one frame in {frames.step}, {len(frames)} of {content.frames}, to stay below {limit:.3g} MB; "
+            "--limit sets how large it may be"
         )
     arrays: Arrays = {}
     facts = _facts(content, frames)

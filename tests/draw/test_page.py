@@ -59,7 +59,7 @@ def test_what_is_packed_can_be_unpacked():
 def test_the_page_says_what_it_shows(page, shown):
     text = page.read_text(encoding="utf-8")
     facts = json.loads(re.search(r'id="facts">(.*?)</script>', text, re.S)[1])
-    assert facts["times"] == pytest.approx(0.1 * np.arange(FRAMES)) and facts["unit"] == "µm"
+    assert facts["times"] == pytest.approx(0.1 * np.arange(FRAMES)) and facts["metres"] == 1e-6
     assert facts["colour"]["label"] == "elastic energy per length (force)"
     assert facts["colour"]["ticks"] == [pytest.approx(shown.scale(0).ticks(3).tolist(), rel=1e-6)]
     assert [(rods["name"], rods["rods"], rods["nodes"]) for rods in facts["rods"]] == [

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warp_rods.draw.box import edges_of
 from warp_rods.draw.files.optional import needed
 from warp_rods.draw.files.saved import blocks
 from warp_rods.progress import with_progress
@@ -124,7 +123,7 @@ def _parts(content: Content) -> dict[str, Callable[[PolyData], None]]:
         if sheet is not None:
             found[name] = partial(_add_sheet, sheet=sheet, frames=content.frames)
     if content.box is not None:
-        found["box"] = partial(_add_box, box=content.box)
+        found["box"] = partial(_add_box, edges=content.edges)
     return found
 
 
@@ -178,8 +177,7 @@ def _add_sheet(data: PolyData, sheet: Sheet, frames: int) -> None:
         data.add("PointData", "mean_curvature", found.mean[None])
 
 
-def _add_box(data: PolyData, box: np.ndarray) -> None:
-    edges = edges_of(box)
+def _add_box(data: PolyData, edges: np.ndarray) -> None:
     data.moving = False
     data.cells("Lines", np.arange(2 * len(edges)).reshape(-1, 2))
     data.add("Points", "Points", edges.reshape(1, -1, 3))

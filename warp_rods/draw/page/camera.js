@@ -7,41 +7,48 @@ const unit = (a) => a.map((x) => x / Math.hypot(...a));
 
 const MARGIN = 1.16; // room above and below for the title and the controls
 
-function axes(azimuth, elevation) {
-  const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
-  const back = [ce * ca, ce * sa, se], right = [-sa, ca, 0];
-  return { right, up: cross(back, right), back };
-}
-
 class Camera {
+  // view: direction towards the viewer, half width, height and depth of what is seen, and its centre at each frame.
   constructor(view) {
     this.home = view;
+    this.size = Math.hypot(...view.half);
+    this.angle = (28 * Math.PI) / 180;
+    const above = Math.abs(view.back[2]) > 0.9; // the pole, about which one turns, points up in the view
+    this.frame = above ? [[0, 0, 1], [1, 0, 0], [0, 1, 0]] : [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    this.centre = view.centres[0];
     this.reset();
   }
 
   reset() {
-    const { low, high, azimuth, elevation } = this.home;
-    this.target = low.map((x, i) => (x + high[i]) / 2);
-    this.size = Math.hypot(...low.map((x, i) => high[i] - x)) / 2;
-    this.angle = (28 * Math.PI) / 180;
-    Object.assign(this, { azimuth, elevation, zoom: 1 });
+    const [x, y, pole] = this.frame, { back } = this.home;
+    this.azimuth = Math.atan2(dot(back, y), dot(back, x));
+    this.elevation = Math.asin(Math.max(-1, Math.min(1, dot(back, pole))));
+    this.shift = [0, 0, 0];
+    this.zoom = 1;
   }
 
-  // So far away that the box from low to high, seen as at the start, fits into the view.
+  // Go with rods that travel.
+  follow(frame) {
+    const { centres } = this.home;
+    this.centre = centres[Math.min(frame, centres.length - 1)];
+  }
+
+  get target() {
+    return plus(this.centre, this.shift);
+  }
+
+  // So far away that what is to be seen fits into the view.
   distance(aspect) {
-    const { low, high, azimuth, elevation } = this.home, { right, up, back } = axes(azimuth, elevation);
-    const half = high.map((x, i) => (x - low[i]) / 2), tangent = Math.tan(this.angle / 2);
-    let fitting = 0;
-    for (let corner = 0; corner < 8; corner++) {
-      const place = half.map((x, i) => (corner & (1 << i) ? x : -x));
-      const across = Math.max(Math.abs(dot(place, right)) / aspect, Math.abs(dot(place, up)) * MARGIN);
-      fitting = Math.max(fitting, across / tangent + dot(place, back));
-    }
-    return (1.04 * fitting) / this.zoom;
+    const [wide, high, deep] = this.home.half;
+    return (Math.max(wide / aspect, high * MARGIN) / Math.tan(this.angle / 2) + deep) / this.zoom;
   }
 
   axes() {
-    return axes(this.azimuth, this.elevation);
+    const [ca, sa, ce, se] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.elevation),
+      Math.sin(this.elevation)];
+    const [x, y, pole] = this.frame, mix = (a, b, c) => plus(plus(plus([0, 0, 0], x, a), y, b), pole, c);
+    const back = mix(ce * ca, ce * sa, se), right = mix(-sa, ca, 0);
+    return { right, up: cross(back, right), back };
   }
 
   turn(dx, dy) {
@@ -51,7 +58,7 @@ class Camera {
 
   move(dx, dy, height, aspect) {
     const { right, up } = this.axes(), unitLength = 1 / this.pixels(height, aspect);
-    this.target = plus(plus(this.target, right, -dx * unitLength), up, dy * unitLength);
+    this.shift = plus(plus(this.shift, right, -dx * unitLength), up, dy * unitLength);
   }
 
   // Pixels of a unit of length at the target.

@@ -1,6 +1,7 @@
 // The page: play and pause, time, colour bar, scale bar, and the mouse.
 
 const SECONDS = 12; // a run is played in about this time, at 10 to 30 frames a second
+const UNITS = [[1, "m"], [1e-2, "cm"], [1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"]];
 const element = (id) => document.getElementById(id);
 const number = (x) => String(Number(x.toPrecision(3)));
 
@@ -30,6 +31,7 @@ class Player {
     const count = this.facts.times.length;
     this.frame = ((frame % count) + count) % count;
     this.scene.show(this.frame);
+    this.camera.follow(this.frame);
     element("frame").value = this.frame;
     element("time").textContent = `t = ${this.facts.times[this.frame].toFixed(this.digits)}`;
     this.limits();
@@ -80,14 +82,14 @@ class Player {
     });
   }
 
-  // A bar of 1, 2 or 5 times a power of ten units, up to a sixth of the view.
+  // A bar of 1, 2 or 5 times a power of ten metres, or units where these have no length, up to a sixth of the view.
   scaleBar() {
-    const { clientWidth: wide, clientHeight: high } = this.scene.canvas;
-    const pixels = this.camera.pixels(high, wide / high), longest = wide / 6 / pixels;
+    const { clientWidth: wide, clientHeight: high } = this.scene.canvas, { metres } = this.facts;
+    const pixels = this.camera.pixels(high, wide / high) / (metres || 1), longest = wide / 6 / pixels;
     const power = 10 ** Math.floor(Math.log10(longest));
     const length = [5, 2, 1].find((n) => n * power <= longest) * power;
     element("ruler").style.width = `${length * pixels}px`;
-    element("length").textContent = `${number(length)} ${this.facts.unit}`;
+    element("length").textContent = metres ? inMetres(length) : number(length);
   }
 
   mouse(canvas) {
@@ -123,6 +125,11 @@ class Player {
     const apart = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]) || 1;
     this.camera.zoom *= apart([event.clientX, event.clientY]) / apart(before);
   }
+}
+
+function inMetres(length) {
+  const [one, name] = UNITS.find(([size]) => length >= size * (1 - 1e-9)) || UNITS.at(-1);
+  return `${number(length / one)} ${name}`;
 }
 
 // Decimals that tell the times of neighbouring frames apart.

@@ -6,13 +6,13 @@ import html
 import json
 import logging
 import re
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warp_rods.draw.box import edges_of
 from warp_rods.draw.colours import colour_map
 from warp_rods.draw.page.encoding import (
     LEVELS,
@@ -24,6 +24,7 @@ from warp_rods.draw.page.encoding import (
     quantised,
 )
 from warp_rods.draw.scale import LACKING
+from warp_rods.draw.view import view_of
 from warp_rods.errors import SceneError
 from warp_rods.progress import with_progress
 
@@ -36,8 +37,6 @@ __all__ = ["size", "write"]
 SCRIPTS = ("data.js", "camera.js", "shaders.js", "scene.js", "controls.js")
 SAMPLED = 6
 """Frames that are packed to estimate the size."""
-FLAT = 0.06
-"""Height over width below which a scene is seen from above."""
 MEMBRANE, CONTAINER = 0.22, 0.06
 """Opacities where a surface is seen face on; that of a container is low, as the cells are inside."""
 Arrays = dict[str, str]
@@ -51,8 +50,8 @@ def write(content: Content, path: Path, limit: float) -> None:
     frames = _chosen(content, limit)
     if frames.step > 1:
         logging.getLogger(__name__).warning(
-            f"the page shows one frame in {frames.step}, {len(frames)} of {content.frames}, to stay below {limit:.3g} MB; "
-            "--limit sets how large it may be"
+            f"the page shows one frame in {frames.step}, {len(frames)} of {content.frames}, to stay below {limit:.3g} "
+            "MB; --limit sets how large it may be"
         )
     arrays: Arrays = {}
     facts = _facts(content, frames)
@@ -109,21 +108,14 @@ def _facts(content: Content, frames: range) -> dict[str, Any]:
     """What the page says and how it looks, without rods and membranes."""
     scales = [content.scale(frame) for frame in (frames if content.selection.span == "frame" else frames[:1])]
     colours = colour_map(content.colour.map_name)(np.linspace(0.0, 1.0, LEVELS))[:, :3]
-    low, high = content.bounds()
-    flat = high[2] - low[2] < FLAT * max(high[:2] - low[:2])
     return {
-        "unit": _unit(content),
+        "metres": content.metres if content.scene.units else None,
         "times": [float(f"{content.times[frame]:.9g}") for frame in frames],
         "colour": {"label": content.colour.text, "ticks": [_short(scale.ticks(3)) for scale in scales]},
         "map": np.rint(255 * colours).astype(int).tolist(),
         "lacking": LACKING,
-        "view": {
-            "low": _short(low),
-            "high": _short(high),
-            "azimuth": -np.pi / 2 if flat else -np.pi / 3,
-            "elevation": np.pi / 2 if flat else np.pi / 8,
-        },
-        "edges": [] if content.box is None else edges_of(content.box).tolist(),
+        "view": _view(content, frames),
+        "edges": content.edges.tolist(),
     }
 
 
@@ -161,22 +153,27 @@ def _sheet(sheet: Sheet, index: int, frames: range, arrays: Arrays) -> dict[str,
     }
 
 
-def _unit(content: Content) -> str:
-    """What follows a length on the scale bar: "µm", or "× 2.5 um"; nothing where lengths have no unit."""
-    if content.scene.units is None:
-        return ""
-    text = content.scene.units.length
-    return text.split()[-1].replace("um", "µm") if text.startswith("1 ") else f"× {text}"
+def _view(content: Content, frames: range) -> dict[str, Any]:
+    """Direction towards the viewer, half width, height and depth of what is seen, and its centre at each frame."""
+    view = view_of(content)
+    low, high = content.bounds()
+    depth = view.half.max() if view.follows else np.abs(view.axes[2]) @ (high - low) / 2
+    centres = [view.at(content, frame).centre for frame in (frames if view.follows else frames[:1])]
+    return {
+        "back": _short(view.axes[2]),
+        "half": _short([*view.half, depth]),
+        "centres": [_short(centre) for centre in centres],
+    }
 
 
-def _short(numbers: np.ndarray) -> list[float]:
+def _short(numbers: np.ndarray | Sequence[float]) -> list[float]:
     return [float(f"{number:.8g}") for number in numbers]
 
 
 def _page(content: Content, facts: dict[str, Any], arrays: Arrays) -> str:
     """The page: its template, filled."""
     here = files(__package__)
-    rods = ", ".join(f"{rods.name}: {rods.count} rods" for rods in content.rods)
+    rods = ", ".join(f"{rods.name}: {rods.count} rod{'s' * (rods.count > 1)}" for rods in content.rods)
     parts = {
         "title": html.escape(content.title or "rods"),
         "about": html.escape(rods),

@@ -35,6 +35,8 @@ class Option:
 OPTIONS: dict[str, Option] = {
     "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
     "dpi": Option(int, 200, "dots per inch of pictures"),
+    "tubes": Option(bool, False, "rods as meshes, for viewers of USD that draw no curves"),
+    "activity": Option(bool, False, "arrows of the flagellar activity in USD"),
 }
 """By name; exporters name those that they take."""
 
@@ -111,16 +113,38 @@ def need_ffmpeg() -> None:
         raise SceneError("a film in MP4 needs ffmpeg: pip install 'warp-rods[film]'; or make a GIF, --gif")
 
 
-def _usd(content: Content, path: Path) -> None:
+def _usd(content: Content, path: Path, **options: Any) -> None:
     from warp_rods.draw.usd.export import write_usd
 
-    write_usd(content, path)
+    write_usd(content, path, **options)
 
 
-def _usd_size(content: Content) -> float:
+def _usd_size(content: Content, fps: float, tubes: bool, activity: bool) -> float:
     from warp_rods.draw.usd.export import size
 
-    return size(content)
+    return size(content, tubes, activity)
+
+
+def _usdz(content: Content, path: Path, fps: float, activity: bool) -> None:
+    from warp_rods.draw.usd.export import write_usdz
+
+    write_usdz(content, path, fps, activity)
+
+
+def _usdz_size(content: Content, fps: float, activity: bool) -> float:
+    return _usd_size(content, fps, True, activity)
+
+
+def _clips(content: Content, path: Path, **options: Any) -> None:
+    from warp_rods.draw.usd.clips import write_clips
+
+    write_clips(content, path, **options)
+
+
+def _blender(content: Content, path: Path) -> None:
+    from warp_rods.draw.usd.blender import write_script
+
+    write_script(content, path)
 
 
 def _poster(content: Content, path: Path) -> None:
@@ -165,8 +189,16 @@ def _gif_size(content: Content, fps: float) -> float:
     return gif_size(content, fps)
 
 
+_STAGE = ("fps", "tubes", "activity")
 EXPORTERS: dict[str, Exporter] = {
-    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
+    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size, options=_STAGE),
+    "usdz": Exporter("animation in one package, with tubes", ".usdz", _usdz, _usdz_size, options=("fps", "activity")),
+    "clips": Exporter(
+        "animation in parts, for long runs: a folder", "", _clips, _usd_size, "animation_clips", options=_STAGE
+    ),
+    "blender": Exporter(
+        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, lambda _: 4e3, "blender"
+    ),
     "poster": Exporter("first, middle and last frame side by side", ".png", _poster, lambda _: 6e5, "poster"),
     "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
     "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),

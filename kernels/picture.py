@@ -1,8 +1,8 @@
 """Pictures of rods and membranes in parallel projection: what each pixel sees, and how it is lit.
 
-Places are in pixels: x to the right, y downwards, z towards the viewer. A rod is a chain of capsules, which the ray of a
-pixel meets exactly. Of a translucent surface the nearest layer that faces the viewer and the nearest that faces away are
-kept. Kernels of shapes run on the CPU, over one shape after the other, so that no two write at once.
+Places are in pixels: x to the right, y downwards, z towards the viewer. A rod is a chain of capsules, which the ray of
+a pixel meets exactly. Of a translucent surface the nearest layer that faces the viewer and the nearest that faces away
+are kept. Kernels of shapes run on the CPU, over one shape after the other, so that no two write at once.
 """
 
 import warp as wp

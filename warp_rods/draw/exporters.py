@@ -36,6 +36,8 @@ class Option:
 OPTIONS: dict[str, Option] = {
     "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
     "dpi": Option(int, 200, "dots per inch of pictures"),
+    "tubes": Option(bool, False, "rods as meshes, for viewers of USD that draw no curves"),
+    "activity": Option(bool, False, "arrows of the flagellar activity in USD"),
     "limit": Option(float, 25.0, "largest size of a page in MB; frames are left out evenly to stay below"),
     "optics": Option(str, "", "file that describes the microscope; each export writes the one it used"),
 }
@@ -114,16 +116,48 @@ def need_ffmpeg() -> None:
         raise SceneError("a film in MP4 needs ffmpeg: pip install 'warp-rods[film]'; or make a GIF, --gif")
 
 
-def _usd(content: Content, path: Path) -> None:
+def _of(module: str, name: str) -> Callable[..., Any]:
+    """The function of this name in a module of this room, which is imported when it is called."""
+    return lambda *given, **options: getattr(import_module(f"warp_rods.draw.{module}"), name)(*given, **options)
+
+
+def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
+    """A row for a file of another program, whose module has ``write`` and ``size``."""
+    return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
+
+
+def _usd(content: Content, path: Path, **options: Any) -> None:
     from warp_rods.draw.usd.export import write_usd
 
-    write_usd(content, path)
+    write_usd(content, path, **options)
 
 
-def _usd_size(content: Content) -> float:
+def _usd_size(content: Content, fps: float, tubes: bool, activity: bool) -> float:
     from warp_rods.draw.usd.export import size
 
-    return size(content)
+    return size(content, tubes, activity)
+
+
+def _usdz(content: Content, path: Path, fps: float, activity: bool) -> None:
+    from warp_rods.draw.usd.export import write_usdz
+
+    write_usdz(content, path, fps, activity)
+
+
+def _usdz_size(content: Content, fps: float, activity: bool) -> float:
+    return _usd_size(content, fps, True, activity)
+
+
+def _clips(content: Content, path: Path, **options: Any) -> None:
+    from warp_rods.draw.usd.clips import write_clips
+
+    write_clips(content, path, **options)
+
+
+def _blender(content: Content, path: Path) -> None:
+    from warp_rods.draw.usd.blender import write_script
+
+    write_script(content, path)
 
 
 def _poster(content: Content, path: Path) -> None:
@@ -168,20 +202,18 @@ def _gif_size(content: Content, fps: float) -> float:
     return gif_size(content, fps)
 
 
-def _of(module: str, name: str) -> Callable[..., Any]:
-    """The function of this name in a module of this room, which is imported when it is called."""
-    return lambda *given, **options: getattr(import_module(f"warp_rods.draw.{module}"), name)(*given, **options)
-
-
-def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
-    """A row for a file of another program, whose module has ``write`` and ``size``."""
-    return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
-
-
 _microscope = _of("microscope.export", "write"), _of("microscope.export", "size")
 _page = _of("page.export", "write"), _of("page.export", "size")
+_STAGE = ("fps", "tubes", "activity")
 EXPORTERS: dict[str, Exporter] = {
-    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size),
+    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size, options=_STAGE),
+    "usdz": Exporter("animation in one package, with tubes", ".usdz", _usdz, _usdz_size, options=("fps", "activity")),
+    "clips": Exporter(
+        "animation in parts, for long runs: a folder", "", _clips, _usd_size, "animation_clips", options=_STAGE
+    ),
+    "blender": Exporter(
+        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, lambda _: 4e3, "blender"
+    ),
     "poster": Exporter("first, middle and last frame side by side", ".png", _poster, lambda _: 6e5, "poster"),
     "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
     "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),

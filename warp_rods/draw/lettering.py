@@ -33,7 +33,7 @@ class Canvas:
         return np.asarray(self.image)
 
     def write(self, x: float, y: float, text: str, anchor: str = "la", size: float = 1.0) -> None:
-        """Write at (x, y). anchor: "l", "m" or "r" for left, middle, right; then "a" for the top, "s" for the base line."""
+        """Write at (x, y). anchor: "l", "m", "r" for left, middle, right; then "a" for the top, "s" for the base."""
         self._pen.text((x, y), text, fill=_INK, font=_font(round(size * self.text)), anchor=anchor)
 
     def width_of(self, text: str, size: float = 1.0) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from warp_rods.draw.content import Content
 
-__all__ = ["View", "view_of"]
+__all__ = ["View", "fixed_corners", "looking_along", "view_of"]
 
 AT_AN_ANGLE = (1.0, -1.7, 0.7)
 """From the centre towards the viewer, where nothing else is better."""
@@ -48,8 +48,9 @@ def view_of(shown: Content, frames: range | list[int] | None = None) -> View:
     frames = range(0, shown.frames, -(-shown.frames // 100)) if frames is None else frames
     every = [_points(shown, frame) for frame in frames]
     radius = max(rods.radius for rods in shown.rods)
-    axes = _axes(_towards_viewer(shown, every, radius))
-    fixed = _fixed_corners(shown, np.concatenate(every), frames)
+    axes = looking_along(_towards_viewer(shown, every, radius))
+    whole = np.concatenate(every)
+    fixed = fixed_corners(shown, whole.min(axis=0), whole.max(axis=0), frames)
     corners = np.concatenate([*every, fixed]) @ axes.T
     low, high = corners.min(axis=0), corners.max(axis=0)
     half = (high - low) / 2
@@ -100,8 +101,8 @@ def _normal(every: list[np.ndarray], radius: float) -> np.ndarray | None:
     return normal if towards >= 0 else -normal
 
 
-def _axes(backward: np.ndarray) -> np.ndarray:
-    """Rows: right, up and towards the viewer; up is z as far as possible, y where the view is from above."""
+def looking_along(backward: np.ndarray) -> np.ndarray:
+    """Rows: right, up and ``backward``, towards the viewer; up is z as far as possible, y for a view from above."""
     back = np.asarray(backward, dtype=float) / np.linalg.norm(backward)
     upward = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
     right = np.cross(upward, back)
@@ -109,19 +110,18 @@ def _axes(backward: np.ndarray) -> np.ndarray:
     return np.stack([right, np.cross(back, right), back])
 
 
-def _fixed_corners(shown: Content, points: np.ndarray, frames: range | list[int]) -> np.ndarray:
-    """Points [n, 3] of membrane, container and box that belong into the picture; none where there is none."""
+def fixed_corners(shown: Content, low: np.ndarray, high: np.ndarray, frames: range | list[int]) -> np.ndarray:
+    """Points [n, 3] of membrane, container and box that belong into the picture; none where there is none.
+
+    An open membrane goes on beyond the picture: of it only what is near the rods, which are between low and high [3].
+    """
     found = [np.empty((0, 3))]
     for sheet in (shown.membrane, shown.container):
         if sheet is None:
             continue
-        of_sheet = np.concatenate([sheet.mesh(frame).points for frame in (frames if sheet.moving else [0])])
-        if not sheet.surface.closed:  # it goes on; what is far from the rods is left out
-            low, high = points.min(axis=0), points.max(axis=0)
+        points = np.concatenate([sheet.mesh(frame).points for frame in (frames if sheet.moving else [0])])
+        if not sheet.surface.closed:
             room = _ROOM * (high - low).max()
-            near = np.all((of_sheet > low - room) & (of_sheet < high + room), axis=1)
-            of_sheet = of_sheet[near]
-        found.append(of_sheet)
-    if shown.box is not None:
-        found.append(np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * shown.box)
-    return np.concatenate(found)
+            points = points[np.all((points > low - room) & (points < high + room), axis=1)]
+        found.append(points)
+    return np.concatenate([*found, shown.edges.reshape(-1, 3)])

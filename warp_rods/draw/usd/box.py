@@ -21,7 +21,7 @@ def draw_box(stage: Any, shown: Content, material: Any) -> np.ndarray:
     """Draw the box of a scene; returns points [n, 3] of it, none where there is nothing to draw."""
     if shown.container:
         translucent = add_translucent_material(stage, "Container", _OPACITY)
-        return draw_membrane(stage, shown.container, shown.frames, translucent, "/World/Container")
+        return draw_membrane(stage, shown.container, range(1), translucent, "/World/Container")
     size = shown.box
     if size is None:
         return np.empty((0, 3))

@@ -12,8 +12,8 @@ from warp_rods.draw.scale import linear
 from warp_rods.progress import with_progress
 
 
-def draw_rods(stage: Any, rods: Rods, shown: Content, material: Any) -> np.ndarray:
-    """Draw one ensemble as curves at every frame; returns the box [2, 3] that holds them at all times."""
+def draw_rods(stage: Any, rods: Rods, shown: Content, frames: range, material: Any) -> np.ndarray:
+    """Draw one ensemble as curves at these frames; returns the boxes [n, 2, 3] that hold them."""
     from pxr import Tf, UsdGeom, Vt
 
     path = f"/World/Ensembles/{Tf.MakeValidIdentifier(rods.name)}"
@@ -22,12 +22,12 @@ def draw_rods(stage: Any, rods: Rods, shown: Content, material: Any) -> np.ndarr
     curves.SetWidthsInterpolation(UsdGeom.Tokens.constant)
     colour = curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
     boxes = []
-    for frame in with_progress(range(shown.frames), f"USD: {rods.name}"):
+    for frame in with_progress(frames, f"USD: {rods.name}"):
         points = rods.positions(frame).astype(np.float32)
         boxes.append(set_points(curves, frame, points.reshape(-1, 3), rods.radius))
         rgb = linear(shown.scale(frame).rgb(rods.values(frame))).astype(np.float32)
         colour.Set(Vt.Vec3fArray.FromNumpy(rgb.reshape(-1, 3)), frame)
-    return np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
+    return np.array(boxes).reshape(-1, 2, 3)
 
 
 def linear_curves(stage: Any, path: str, counts: np.ndarray, material: Any) -> Any:

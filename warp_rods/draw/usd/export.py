@@ -2,11 +2,10 @@
 
 Rods are linear BasisCurves through the nodes. Every reader draws these in the same way, and the points are the data. (A
 cubic basis needs phantom ends or the "pinned" wrap, which readers treat differently, and its curves can leave the
-extent.) One time code is one frame of the trajectory.
+extent.) For viewers that draw no curves they can be tubes instead. One time code is one frame of the trajectory.
 
-Blender (tested with 5.0) reads the colours of curves but binds no material to them: import with "All Materials" and
-assign the material "Energy" to the rods. Where one unit is a micrometre, turn "Apply Unit Conversion Scale" off, as its
-renderer loses objects of that size.
+Blender reads the colours of curves but binds no material to them, and has no world: the script of ``blender.py`` opens
+the animation with both.
 """
 
 from __future__ import annotations
@@ -22,11 +21,13 @@ from warp_rods.draw.selection import Selection
 from warp_rods.draw.usd.box import draw_box
 from warp_rods.draw.usd.camera import add_camera_and_lights
 from warp_rods.draw.usd.curves import draw_rods
-from warp_rods.draw.usd.load import draw_loads
+from warp_rods.draw.usd.load import ACTIVITY, LOADS, draw_forces
 from warp_rods.draw.usd.materials import add_materials
 from warp_rods.draw.usd.membrane import draw_membrane
+from warp_rods.draw.usd.tubes import SIDES, draw_tubes
+from warp_rods.draw.view import fixed_corners, view_of
 
-_FRAMES_PER_SECOND = 24
+__all__ = ["Stage", "export_usd", "size", "write_usd", "write_usdz"]
 
 
 def export_usd(run_dir: str | Path, path: str | Path | None = None, selection: Selection | None = None) -> Path:
@@ -41,54 +42,96 @@ def export_usd(run_dir: str | Path, path: str | Path | None = None, selection: S
     return EXPORTERS["usd"].export(Path(run_dir), path, selection)
 
 
-def write_usd(shown: Content, path: Path) -> None:
+def write_usd(shown: Content, path: Path, fps: float = 24.0, tubes: bool = False, activity: bool = False) -> None:
     """Write the animation of what is shown to a file of USD."""
-    _write(_new_stage(shown), path)
+    stage = Stage(shown, fps, tubes, activity)
+    stage.draw(range(shown.frames))
+    stage.finish()
+    stage.write(path)
 
 
-def size(shown: Content) -> float:
-    """About how many bytes the animation will have: a node has a place and a colour at each frame."""
-    return 1e5 + 24.0 * shown.frames * sum(rods.count * rods.nodes for rods in shown.rods)
+def write_usdz(shown: Content, path: Path, fps: float, activity: bool) -> None:
+    """Write a package of USD, with tubes, as viewers of packages draw no curves."""
+    from pxr import UsdUtils
 
-
-def _write(stage: Any, path: Path) -> None:
-    """Write the stage; raises OSError with the reason, such as a full disk, where that fails."""
-    from pxr import Tf
-
+    inner = path.with_suffix(".usdc")
     try:
-        why = "" if stage.GetRootLayer().Export(str(path)) else "check that the folder exists and is writable"
-    except Tf.ErrorException as failure:
-        why = failure.args[0].commentary
-    if why:
-        raise OSError(why)
+        write_usd(shown, inner, fps, True, activity)
+        if not UsdUtils.CreateNewUsdzPackage(str(inner), str(path), "animation.usdc"):
+            raise OSError("the package cannot be made")
+    finally:
+        inner.unlink(missing_ok=True)
 
 
-def _new_stage(shown: Content) -> Any:
-    from pxr import Usd, UsdGeom
+def size(shown: Content, tubes: bool = False, activity: bool = False) -> float:
+    """About how many bytes the animation has: a node, or each point of a tube there, has a place and a colour."""
+    nodes = sum(rods.count * rods.nodes for rods in shown.rods)
+    of_node = 36.0 * SIDES if tubes else 24.0 + 30.0 * (shown.membrane is not None) + 16.0 * activity
+    of_sheet = 1.7e6 if shown.membrane or shown.container else 0.0
+    moving = shown.membrane is not None and shown.membrane.moving
+    return 2e4 + of_node * nodes * shown.frames + of_sheet * (0.25 * shown.frames if moving else 1.0)
 
-    stage = Usd.Stage.CreateInMemory()
-    world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
-    stage.SetDefaultPrim(world)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    UsdGeom.SetStageMetersPerUnit(stage, shown.metres)
-    stage.SetTimeCodesPerSecond(_FRAMES_PER_SECOND)
-    stage.SetFramesPerSecond(_FRAMES_PER_SECOND)
-    stage.SetStartTimeCode(0)
-    stage.SetEndTimeCode(shown.frames - 1)
-    _describe(stage, world, shown)
 
-    membrane_material, energy_material = add_materials(stage)
-    in_view = []
-    if shown.membrane:
-        in_view.append(draw_membrane(stage, shown.membrane, shown.frames, membrane_material))
-        draw_loads(stage, shown, float(np.ptp(in_view[0], axis=0).max()), energy_material)
-    if len(edges := draw_box(stage, shown, membrane_material)):
-        in_view.append(edges)
-    for rods in shown.rods:
-        box = draw_rods(stage, rods, shown, energy_material)
-        in_view += [] if _is_in_view(box, in_view) else [_corners(box)]
-    add_camera_and_lights(stage, np.concatenate(in_view))
-    return stage
+class Stage:
+    """A stage of USD: ``draw`` what it has at some frames, ``finish`` with what it has at all, then ``write``."""
+
+    def __init__(self, shown: Content, fps: float, tubes: bool, activity: bool) -> None:
+        from pxr import Usd, UsdGeom
+
+        self.shown, self._tubes, self._activity = shown, tubes, activity
+        self.stage = stage = Usd.Stage.CreateInMemory()
+        world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
+        stage.SetDefaultPrim(world)
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        UsdGeom.SetStageMetersPerUnit(stage, shown.metres)
+        stage.SetTimeCodesPerSecond(fps)
+        stage.SetFramesPerSecond(fps)
+        stage.SetStartTimeCode(0)
+        stage.SetEndTimeCode(shown.frames - 1)
+        _describe(stage, world, shown)
+        self._membrane, self._energy = add_materials(stage)
+        self._boxes: list[np.ndarray] = []
+
+    def draw(self, frames: range) -> np.ndarray:
+        """Draw rods and forces, and a membrane, at these frames; returns the boxes [n, 2, 3] of the rods."""
+        stage, shown = self.stage, self.shown
+        draw = draw_tubes if self._tubes else draw_rods
+        boxes = [draw(stage, rods, shown, frames, self._energy) for rods in shown.rods]
+        if shown.membrane:
+            size = shown.membrane.size
+            draw_membrane(stage, shown.membrane, frames, self._membrane)
+            draw_forces(stage, shown, LOADS, frames, size, self._energy)
+        if self._activity:
+            length = max(float(rods.data["length"].max()) if "length" in rods.data else 1.0 for rods in shown.rods)
+            draw_forces(stage, shown, (ACTIVITY,), frames, 2 * length, self._energy)
+        self._boxes += boxes
+        return np.concatenate(boxes)
+
+    def finish(self, boxes: np.ndarray | None = None) -> None:
+        """Draw the box, and add lights and a camera that sees rods in ``boxes`` (default: all that were drawn)."""
+        draw_box(self.stage, self.shown, self._membrane)
+        boxes = np.concatenate(self._boxes) if boxes is None else boxes
+        low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+        view, every = view_of(self.shown), range(0, self.shown.frames, -(-self.shown.frames // 100))
+        if not view.follows:
+            fixed = fixed_corners(self.shown, low, high, every)
+            rods = [] if _enclosed(low, high, fixed) else [_corners(np.stack([low, high]))]
+            add_camera_and_lights(self.stage, view, np.concatenate([*rods, fixed]))
+            return
+        path = np.array([view.at(self.shown, frame).centre for frame in range(self.shown.frames)])
+        half = np.max(np.ptp(boxes, axis=1), axis=0) / 2
+        add_camera_and_lights(self.stage, view, _corners(np.stack([-half, half])), path)
+
+    def write(self, path: Path) -> None:
+        """Write the stage; raises OSError with the reason, such as a full disk, where that fails."""
+        from pxr import Tf
+
+        try:
+            why = "" if self.stage.GetRootLayer().Export(str(path)) else "check that the folder exists and is writable"
+        except Tf.ErrorException as failure:
+            why = failure.args[0].commentary
+        if why:
+            raise OSError(why)
 
 
 def _describe(stage: Any, world: Any, shown: Content) -> None:
@@ -101,12 +144,12 @@ def _describe(stage: Any, world: Any, shown: Content) -> None:
     world.SetCustomDataByKey("elasticEnergyDensity", colours)
 
 
-def _is_in_view(box: np.ndarray, in_view: list[np.ndarray]) -> bool:
-    """Whether points in view already enclose a box, to a tenth of its size, as a membrane encloses its rods."""
-    if not in_view:
-        return False
-    points, slack = np.concatenate(in_view), 0.1 * (box[1] - box[0]).max()
-    return bool(np.all(points.min(axis=0) - slack <= box[0]) and np.all(box[1] <= points.max(axis=0) + slack))
+def _enclosed(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> bool:
+    """Whether points [n, 3] enclose a box to a tenth of its size, as a membrane encloses its rods."""
+    slack = 0.1 * (high - low).max()
+    return bool(
+        len(points) and np.all(points.min(axis=0) - slack <= low) and np.all(high <= points.max(axis=0) + slack)
+    )
 
 
 def _corners(box: np.ndarray) -> np.ndarray:

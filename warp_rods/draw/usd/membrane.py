@@ -15,14 +15,14 @@ from warp_rods.progress import with_progress
 _SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
-def draw_membrane(stage: Any, sheet: Sheet, frames: int, material: Any, path: str = "/World/Membrane") -> np.ndarray:
+def draw_membrane(stage: Any, sheet: Sheet, frames: range, material: Any, path: str = "/World/Membrane") -> np.ndarray:
     """Draw the mesh of a surface, at all ``frames`` where it moves; returns its points, or its extreme points.
 
     Warns where points of the mesh cannot follow a moving surface; they stay at their last positions.
     """
     from pxr import UsdGeom, Vt
 
-    mesh = sheet.mesh(0)
+    mesh = sheet.mesh(frames.start)
     prim = UsdGeom.Mesh.Define(stage, path)
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateDoubleSidedAttr(True)
@@ -34,7 +34,7 @@ def draw_membrane(stage: Any, sheet: Sheet, frames: int, material: Any, path: st
         _set(prim, mesh, sheet.curvatures(0))
         return mesh.points
     boxes = []
-    for frame in with_progress(range(frames), "USD: membrane"):
+    for frame in with_progress(frames, "USD: membrane"):
         mesh = sheet.mesh(frame)
         _set(prim, mesh, sheet.curvatures(frame), frame)
         boxes += [mesh.points.min(axis=0), mesh.points.max(axis=0)]
@@ -43,7 +43,7 @@ def draw_membrane(stage: Any, sheet: Sheet, frames: int, material: Any, path: st
             f"{sheet.lost} points of the mesh cannot follow the moving membrane and stay at their last positions",
             stacklevel=2,
         )
-    return np.array(boxes)
+    return np.array(boxes).reshape(-1, 3)
 
 
 def _set(prim: Any, mesh: Mesh, found: Curvatures, *frame: int) -> None:

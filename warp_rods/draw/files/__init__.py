@@ -5,5 +5,5 @@ gsd                                  OVITO, MDAnalysis, HOOMD-blue: beads and bo
 simularium                           the Simularium viewer in a browser: fibres
 wcon                                 trackers of worms: midlines
 csv                                  anything that reads columns of text
-saved, optional                      positions without jumps; packages that need not be installed
+saved, text, optional                positions without jumps; many numbers as text; packages that need not be installed
 """

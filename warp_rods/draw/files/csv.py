@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warp_rods.draw.files.saved import saved_positions
+from warp_rods.draw.files.text import filled
 from warp_rods.progress import with_progress
 
 if TYPE_CHECKING:
     from warp_rods.draw.content import Content
+    from warp_rods.draw.rods import Rods
 
 __all__ = ["COLUMNS", "size", "write"]
 
@@ -25,18 +27,16 @@ DIGITS = 9
 
 def write(content: Content, path: Path) -> None:
     """Write the table, frame by frame; numbers have nine digits."""
-    import pandas as pd
-
     paths = [saved_positions(rods) for rods in content.rods]
-    still = [_still(rods.name, rods.count, rods.data["s"].values) for rods in content.rods]
-    with path.open("w", encoding="utf-8", newline="") as file:
+    rows = [_rows(rods) for rods in content.rods]
+    with path.open("w", encoding="utf-8") as file:
+        file.write(",".join([*COLUMNS, content.selection.colour]) + "\n")
         for frame in with_progress(range(content.frames), "CSV"):
+            when = f"{content.numbers[frame]},{content.times[frame]:.{DIGITS}g},"
             for index, rods in enumerate(content.rods):
-                x, y, z = next(paths[index]).reshape(-1, 3).T
-                own = {"frame": content.numbers[frame], "time": content.times[frame], **still[index]}
-                own |= {"x": x, "y": y, "z": z, content.selection.colour: rods.values(frame).ravel()}
-                first = frame == 0 and index == 0
-                pd.DataFrame(own).to_csv(file, header=first, index=False, float_format=f"%.{DIGITS}g")
+                places = next(paths[index]).reshape(-1, 3)
+                values = np.column_stack([places, rods.values(frame).ravel()])
+                file.write(filled(rows[index].replace("@", when), values, DIGITS))
 
 
 def size(content: Content) -> float:
@@ -44,12 +44,7 @@ def size(content: Content) -> float:
     return content.frames * sum(rods.count * rods.nodes * (20 + len(rods.name) + 6 * DIGITS) for rods in content.rods)
 
 
-def _still(name: str, count: int, s: np.ndarray) -> dict[str, np.ndarray | str]:
-    """Columns that are the same at all frames."""
-    nodes = len(s)
-    return {
-        "ensemble": name,
-        "rod": np.repeat(np.arange(count), nodes),
-        "node": np.tile(np.arange(nodes), count),
-        "s": np.tile(s, count),
-    }
+def _rows(rods: Rods) -> str:
+    """The rows of a frame: "@" for its number and time, "%s" for each number that changes."""
+    nodes = [f"{node},{s:.{DIGITS}g},%s,%s,%s,%s\n" for node, s in enumerate(rods.data["s"].values)]
+    return "".join(f"@{rods.name},{rod},{node}" for rod in range(rods.count) for node in nodes)

@@ -39,7 +39,8 @@ def write(content: Content, path: Path) -> None:
             now.particles.position = (beads - image * edges).astype(np.float32)
             now.particles.image = image.astype(np.int32)
             now.log["time"] = np.array([content.times[frame]])
-            now.log["particles/rod"] = still["rod"]
+            if frame == 0:  # it counts for all frames
+                now.log["particles/rod"] = still["rod"]
             values = np.concatenate([rods.values(frame).ravel() for rods in content.rods])
             now.log[f"particles/{content.selection.colour}"] = values.astype(np.float32)
             file.append(now)
@@ -49,7 +50,7 @@ def size(content: Content) -> float:
     """About how many bytes the file has."""
     beads = sum(rods.count * rods.nodes for rods in content.rods)
     of_a_frame = beads * (12 + 4 + (12 if content.period.any() else 0)) + 600
-    return content.frames * of_a_frame + beads * 24
+    return content.frames * of_a_frame + beads * 28
 
 
 def _fill(frame: Any, still: dict[str, Any]) -> None:

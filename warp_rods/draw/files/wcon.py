@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warp_rods.draw.files.saved import saved_positions
+from warp_rods.draw.files.text import filled
 from warp_rods.progress import with_progress
 
 if TYPE_CHECKING:
     from warp_rods.draw.content import Content
+    from warp_rods.draw.rods import Rods
 
 __all__ = ["size", "write"]
 
@@ -28,15 +30,16 @@ def write(content: Content, path: Path) -> None:
     """Write a record of each rod at each frame; its id is "ENSEMBLE NUMBER". Lengths have the unit of the scene."""
     head = {"units": _units(content), "metadata": _metadata(content)}
     paths = [saved_positions(rods) for rods in content.rods]
+    records = [_records(rods) for rods in content.rods]
     with path.open("w", encoding="utf-8") as file:
-        file.write(json.dumps(head, ensure_ascii=False, indent=1)[:-2] + ',\n "data": [')
-        gap = "\n"
+        file.write(json.dumps(head, ensure_ascii=False, indent=1)[:-2] + ',\n "data": [\n')
         for frame in with_progress(range(content.frames), "WCON"):
-            for rods, positions in zip(content.rods, paths, strict=True):
-                for rod, line in enumerate(next(positions)):
-                    file.write(gap + _record(f"{rods.name} {rod}", content.times[frame], line))
-                    gap = ",\n"
-        file.write("\n ]\n}\n")
+            when = f"{content.times[frame]:.9g}"
+            texts = [
+                filled(text.replace("@", when), np.moveaxis(next(positions), -1, 1), DIGITS, "null")
+                for text, positions in zip(records, paths, strict=True)
+            ]
+            file.write(",\n".join(texts) + (",\n" if frame < content.frames - 1 else "\n ]\n}\n"))
 
 
 def size(content: Content) -> float:
@@ -44,14 +47,11 @@ def size(content: Content) -> float:
     return 300 + content.frames * sum(rods.count * (50 + rods.nodes * 3 * (DIGITS + 3)) for rods in content.rods)
 
 
-def _record(name: str, time: float, line: np.ndarray) -> str:
-    """One rod [node, 3] at one time."""
-    x, y, z = (", ".join(map(_number, column)) for column in line.T)
-    return f'{{"id": {json.dumps(name)}, "t": [{_number(time)}], "x": [[{x}]], "y": [[{y}]], "z": [[{z}]]}}'
-
-
-def _number(value: float) -> str:
-    return f"{value:.{DIGITS}g}" if np.isfinite(value) else "null"
+def _records(rods: Rods) -> str:
+    """The records of a frame: "@" for its time, "%s" for each number."""
+    row = ", ".join(["%s"] * rods.nodes)
+    axes = ", ".join(f'"{axis}": [[{row}]]' for axis in "xyz")
+    return ",\n".join(f'{{"id": "{rods.name} {rod}", "t": [@], {axes}}}' for rod in range(rods.count))
 
 
 def _units(content: Content) -> dict[str, str]:

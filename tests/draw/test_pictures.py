@@ -81,6 +81,18 @@ def test_views_suit_the_motion(run):
     assert (inside <= view.half).all() and (inside.max(axis=0) / view.half).max() > 0.9
 
 
+def test_a_camera_follows_rods_that_travel_far(run):
+    """The picture is as large as one rod needs, and is where the rod is."""
+    shown = content(run, Selection(ensembles=("cell",)))
+    shown.membrane = None
+    bow = np.stack([np.linspace(-0.5, 0.5, 17), np.linspace(-1, 1, 17) ** 2 / 4, np.zeros(17)], axis=-1)
+    for rods in shown.rods:
+        rods.positions = lambda frame: (bow + np.array([0.0, 5.0 * frame, 0.0]))[None]
+    view = view_of(shown)
+    assert view.follows and view.half.max() < 0.7
+    np.testing.assert_allclose(view.at(shown, 4).centre - view.at(shown, 1).centre, [0, 15.0, 0], atol=1e-12)
+
+
 def test_films_have_all_frames(run):
     from PIL import Image
 

@@ -27,6 +27,8 @@ THINNEST = 0.8
 _OPACITY, _CONTAINER_OPACITY = 0.5, 0.13
 _NEUTRAL = (0.78, 0.80, 0.84)
 _EDGE = (0.62, 0.64, 0.68)
+_TRAIL_RODS, _TRAIL_FRAMES = 20, 200
+"""Rods that travel far leave trails, where they are few; from so many frames at most."""
 _PALE = 0.55
 """How much of white is in the colours of a membrane, so that the rods stand out."""
 _CURVED = "coolwarm"
@@ -48,6 +50,7 @@ class Painter:
         with exclusive:
             self._rods, self._front, self._back = (self._layer() for _ in range(3))
             self._out: Any = wp.empty((FINER * height, FINER * width), dtype=wp.vec3, device="cpu")
+        self._paths: np.ndarray | None = None  # of the middles at sampled frames, for the trails
         self._drawn: tuple[Mesh, np.ndarray] | None = None  # the mesh that is in the layers of the membrane
 
     def paint(self, frame: int) -> np.ndarray:
@@ -86,12 +89,28 @@ class Painter:
             corners = self.to_pixels(self.shown.edges, view)
             grey = np.broadcast_to(_EDGE, (len(corners), 3))
             parts.append((corners[:, 0], corners[:, 1], grey, grey, np.full(len(corners), FINER * 0.6)))
+        if len(trail := self._trail(frame)):
+            ends = self.to_pixels(trail, view).reshape(-1, 2, 3)
+            grey = np.broadcast_to(_EDGE, (len(ends), 3))
+            parts.append((ends[:, 0], ends[:, 1], grey, grey, np.full(len(ends), FINER * 0.8)))
         capsules: Any = kernels.Capsules()
         names = ("start", "end", "start_colour", "end_colour", "radius")
         for name, column in zip(names, zip(*parts, strict=True), strict=True):
             kind = wp.float32 if name == "radius" else wp.vec3
             setattr(capsules, name, wp.array(np.concatenate(column).astype(np.float32), dtype=kind, device="cpu"))
         return capsules
+
+    def _trail(self, frame: int) -> np.ndarray:
+        """Ends [n, 2, 3] of the pieces of the paths of the middles until a frame, where the view follows the rods."""
+        if not self.view.follows or sum(rods.count for rods in self.shown.rods) > _TRAIL_RODS:
+            return np.empty((0, 2, 3))
+        sampled = range(0, self.shown.frames, -(-self.shown.frames // _TRAIL_FRAMES))
+        if self._paths is None:
+            middles = [[rods.positions(f)[:, rods.nodes // 2] for rods in self.shown.rods] for f in sampled]
+            self._paths = np.array([np.concatenate(each) for each in middles])
+        now = np.concatenate([rods.positions(frame)[:, rods.nodes // 2] for rods in self.shown.rods])
+        path = np.concatenate([self._paths[np.array(sampled) < frame], now[None]])
+        return np.stack([path[:-1], path[1:]], axis=2).reshape(-1, 2, 3)
 
     def _paint_sheet(self, view: View, frame: int) -> None:
         """Membrane or container into its layers, unless it is there already."""

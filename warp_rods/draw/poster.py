@@ -58,7 +58,7 @@ def legend(
 ) -> None:
     """Scale bar at the left, colour bars at the right, above ``bottom``."""
     y, width = bottom - 1.9 * canvas.text, min(0.22 * (right - left), 16 * canvas.text)
-    length = round_length(0.14 * (right - left) / painter.scale)
+    length = round_length(0.14 * (right - left) / painter.scale * shown.metres) / shown.metres
     canvas.scale_bar(left, y + 0.3 * canvas.text, length * painter.scale, length_text(length, shown))
     right = canvas.colour_bar(right, y, width, shown.scale(frame))
     if shown.membrane is not None and (largest := curvature_scale(shown.membrane, frame)):

@@ -27,6 +27,8 @@ THINNEST = 0.8
 _OPACITY, _CONTAINER_OPACITY = 0.5, 0.13
 _NEUTRAL = (0.78, 0.80, 0.84)
 _EDGE = (0.62, 0.64, 0.68)
+_LINE = 0.6 * FINER
+"""Half the thickness of edges and trails, pixels of the drawing."""
 _TRAIL_RODS, _TRAIL_FRAMES = 20, 200
 """Rods that travel far leave trails, where they are few; from so many frames at most."""
 _PALE = 0.55
@@ -77,7 +79,7 @@ class Painter:
         return (scaled + middle).astype(np.float32)
 
     def _tubes(self, view: View, frame: int) -> Any:
-        """The rods of all ensembles and the edges of the box, as capsules."""
+        """The rods of all ensembles, the edges of the box and trails, as capsules."""
         scale = self.shown.scale(frame)
         parts: list[tuple[np.ndarray, ...]] = []
         for rods in self.shown.rods:
@@ -85,14 +87,9 @@ class Painter:
             radius = np.full(rods.count * (rods.nodes - 1), max(FINER * self.scale * rods.radius, THINNEST))
             ends = (points[:, :-1], points[:, 1:], colours[:, :-1], colours[:, 1:])
             parts.append((*(end.reshape(-1, 3) for end in ends), radius))
-        if self.shown.box is not None:
-            corners = self.to_pixels(self.shown.edges, view)
-            grey = np.broadcast_to(_EDGE, (len(corners), 3))
-            parts.append((corners[:, 0], corners[:, 1], grey, grey, np.full(len(corners), FINER * 0.6)))
-        if len(trail := self._trail(frame)):
-            ends = self.to_pixels(trail, view).reshape(-1, 2, 3)
-            grey = np.broadcast_to(_EDGE, (len(ends), 3))
-            parts.append((ends[:, 0], ends[:, 1], grey, grey, np.full(len(ends), FINER * 0.8)))
+        lines = self.to_pixels(np.concatenate([self.shown.edges, self._trail(frame)]), view)
+        grey = np.broadcast_to(_EDGE, (len(lines), 3))
+        parts.append((lines[:, 0], lines[:, 1], grey, grey, np.full(len(lines), _LINE)))
         capsules: Any = kernels.Capsules()
         names = ("start", "end", "start_colour", "end_colour", "radius")
         for name, column in zip(names, zip(*parts, strict=True), strict=True):

@@ -79,7 +79,7 @@ def run(
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
-    """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
+    """Simulate a scene: trajectory, checkpoint, animation.usdc, poster.png in a folder. Exit code 3: rods were lost."""
     from warp_rods.scene.scene import Scene
     from warp_rods.simulation.estimates import check_memory
     from warp_rods.simulation.files import default_folder

@@ -154,10 +154,15 @@ def _clips(content: Content, path: Path, **options: Any) -> None:
     write_clips(content, path, **options)
 
 
-def _blender(content: Content, path: Path) -> None:
+def _blender(content: Content, path: Path, fps: float) -> None:
     from warp_rods.draw.usd.blender import write_script
 
-    write_script(content, path)
+    write_script(content, path, fps)
+
+
+def _few(size: float) -> Callable[..., float]:
+    """The size of a file that hardly depends on the run."""
+    return lambda _content, **_options: size
 
 
 def _poster(content: Content, path: Path) -> None:
@@ -212,9 +217,9 @@ EXPORTERS: dict[str, Exporter] = {
         "animation in parts, for long runs: a folder", "", _clips, _usd_size, "animation_clips", options=_STAGE
     ),
     "blender": Exporter(
-        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, lambda _: 4e3, "blender"
+        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, _few(4e3), "blender", ("fps",)
     ),
-    "poster": Exporter("first, middle and last frame side by side", ".png", _poster, lambda _: 6e5, "poster"),
+    "poster": Exporter("first, middle and last frame side by side", ".png", _poster, _few(6e5), "poster"),
     "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
     "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),
     "gif": Exporter("film for slides and pages", ".gif", _gif, _gif_size, "film", ("fps",)),

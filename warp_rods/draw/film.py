@@ -14,8 +14,6 @@ _MP4, _GIF = (1280, 720), (640, 400)
 """Pixels of a film."""
 _QUALITY = 20
 """Constant rate factor of H.264: smaller is better and larger."""
-_COLOURS = 128
-"""Colours of a frame of a GIF."""
 
 
 def draw_mp4(shown: Content, path: Path, fps: float) -> None:
@@ -37,7 +35,9 @@ def draw_mp4(shown: Content, path: Path, fps: float) -> None:
 
 def draw_gif(shown: Content, path: Path, fps: float) -> None:
     """Write a film of all frames as an animated GIF that repeats; its clock counts hundredths of a second."""
-    frames = (canvas.image.quantize(_COLOURS) for canvas in pictures(shown, *_GIF, "GIF"))
+    from PIL import Image
+
+    frames = (canvas.image.quantize(256, Image.Quantize.FASTOCTREE) for canvas in pictures(shown, *_GIF, "GIF"))
     first = next(frames)
     hundredths = max(round(100 / fps), 2)  # viewers slow down what is faster
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=10 * hundredths, loop=0)

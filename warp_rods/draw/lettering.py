@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -46,29 +47,33 @@ class Canvas:
         self._pen.rectangle((x, y, x + pixels, y + thick), fill=_INK)
         self.write(x + pixels / 2, y - 0.25 * self.text, label, "ms", 0.9)
 
-    def colour_bar(self, x: float, y: float, width: int, scale: Scale) -> None:
-        """A bar with the label of the quantity above it and three numbers below; y: of its upper edge."""
-        values = scale.ticks(width)
-        ends = [_number(value) for value in scale.ticks(3)]
-        if scale.colour.kind == "angle":
-            ends = ["−π", "0", "π"]
-        self._bar(x, y, scale.rgb(values), scale.colour.text, ends)
+    def colour_bar(self, right: float, y: float, width: float, scale: Scale) -> float:
+        """A bar with the label of the quantity above it and three numbers below; y: of its upper edge.
 
-    def curvature_bar(self, x: float, y: float, width: int, largest: float) -> None:
+        It ends at ``right`` and is at least as wide as its label. Returns its left end.
+        """
+        ends = ["−π", "0", "π"] if scale.colour.kind == "angle" else [_number(value) for value in scale.ticks(3)]
+        return self._bar(right, y, width, lambda count: scale.rgb(scale.ticks(count)), scale.colour.text, ends)
+
+    def curvature_bar(self, right: float, y: float, width: float, largest: float) -> float:
         """The bar of the Gaussian curvature of a membrane."""
-        colours = curvature_colours(np.linspace(-1, 1, width))
         ends = [_number(value) for value in (-largest, 0.0, largest)]
-        self._bar(x, y, colours, "Gaussian curvature of membrane (1/length²)", ends)
+        label = "Gaussian curvature of membrane (1/length²)"
+        return self._bar(right, y, width, lambda count: curvature_colours(np.linspace(-1, 1, count)), label, ends)
 
-    def _bar(self, x: float, y: float, colours: np.ndarray, label: str, ends: list[str]) -> None:
+    def _bar(
+        self, right: float, y: float, width: float, colours: Callable[[int], np.ndarray], label: str, ends: list[str]
+    ) -> float:
         from PIL import Image
 
-        width, height = len(colours), round(0.7 * self.text)
-        strip = np.rint(255 * np.broadcast_to(colours, (height, width, 3))).astype(np.uint8)
-        self.image.paste(Image.fromarray(strip), (round(x), round(y)))
+        width, height = round(max(width, self.width_of(label, 0.8))), round(0.7 * self.text)
+        x = round(right) - width
+        strip = np.rint(255 * np.broadcast_to(colours(width), (height, width, 3))).astype(np.uint8)
+        self.image.paste(Image.fromarray(strip), (x, round(y)))
         self.write(x, y - 0.35 * self.text, label, "ls", 0.8)
         for place, text, anchor in zip((x, x + width / 2, x + width), ends, ("la", "ma", "ra"), strict=True):
             self.write(place, y + height + 0.15 * self.text, text, anchor, 0.75)
+        return x
 
 
 @lru_cache(maxsize=32)

@@ -27,6 +27,10 @@ THINNEST = 0.8
 _OPACITY, _CONTAINER_OPACITY = 0.5, 0.13
 _NEUTRAL = (0.78, 0.80, 0.84)
 _EDGE = (0.62, 0.64, 0.68)
+_LINE = 0.6 * FINER
+"""Half the thickness of edges and trails, pixels of the drawing."""
+_TRAIL_RODS, _TRAIL_FRAMES = 20, 200
+"""Rods that travel far leave trails, where they are few; from so many frames at most."""
 _PALE = 0.55
 """How much of white is in the colours of a membrane, so that the rods stand out."""
 _CURVED = "coolwarm"
@@ -48,6 +52,7 @@ class Painter:
         with exclusive:
             self._rods, self._front, self._back = (self._layer() for _ in range(3))
             self._out: Any = wp.empty((FINER * height, FINER * width), dtype=wp.vec3, device="cpu")
+        self._paths: np.ndarray | None = None  # of the middles at sampled frames, for the trails
         self._drawn: tuple[Mesh, np.ndarray] | None = None  # the mesh that is in the layers of the membrane
 
     def paint(self, frame: int) -> np.ndarray:
@@ -74,7 +79,7 @@ class Painter:
         return (scaled + middle).astype(np.float32)
 
     def _tubes(self, view: View, frame: int) -> Any:
-        """The rods of all ensembles and the edges of the box, as capsules."""
+        """The rods of all ensembles, the edges of the box and trails, as capsules."""
         scale = self.shown.scale(frame)
         parts: list[tuple[np.ndarray, ...]] = []
         for rods in self.shown.rods:
@@ -82,16 +87,27 @@ class Painter:
             radius = np.full(rods.count * (rods.nodes - 1), max(FINER * self.scale * rods.radius, THINNEST))
             ends = (points[:, :-1], points[:, 1:], colours[:, :-1], colours[:, 1:])
             parts.append((*(end.reshape(-1, 3) for end in ends), radius))
-        if self.shown.box is not None:
-            corners = self.to_pixels(self.shown.edges, view)
-            grey = np.broadcast_to(_EDGE, (len(corners), 3))
-            parts.append((corners[:, 0], corners[:, 1], grey, grey, np.full(len(corners), FINER * 0.6)))
+        lines = self.to_pixels(np.concatenate([self.shown.edges, self._trail(frame)]), view)
+        grey = np.broadcast_to(_EDGE, (len(lines), 3))
+        parts.append((lines[:, 0], lines[:, 1], grey, grey, np.full(len(lines), _LINE)))
         capsules: Any = kernels.Capsules()
         names = ("start", "end", "start_colour", "end_colour", "radius")
         for name, column in zip(names, zip(*parts, strict=True), strict=True):
             kind = wp.float32 if name == "radius" else wp.vec3
             setattr(capsules, name, wp.array(np.concatenate(column).astype(np.float32), dtype=kind, device="cpu"))
         return capsules
+
+    def _trail(self, frame: int) -> np.ndarray:
+        """Ends [n, 2, 3] of the pieces of the paths of the middles until a frame, where the view follows the rods."""
+        if not self.view.follows or sum(rods.count for rods in self.shown.rods) > _TRAIL_RODS:
+            return np.empty((0, 2, 3))
+        sampled = range(0, self.shown.frames, -(-self.shown.frames // _TRAIL_FRAMES))
+        if self._paths is None:
+            middles = [[rods.positions(f)[:, rods.nodes // 2] for rods in self.shown.rods] for f in sampled]
+            self._paths = np.array([np.concatenate(each) for each in middles])
+        now = np.concatenate([rods.positions(frame)[:, rods.nodes // 2] for rods in self.shown.rods])
+        path = np.concatenate([self._paths[np.array(sampled) < frame], now[None]])
+        return np.stack([path[:-1], path[1:]], axis=2).reshape(-1, 2, 3)
 
     def _paint_sheet(self, view: View, frame: int) -> None:
         """Membrane or container into its layers, unless it is there already."""

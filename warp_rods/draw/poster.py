@@ -57,12 +57,12 @@ def legend(
     canvas: Canvas, painter: Painter, shown: Content, frame: int, left: float, right: float, bottom: float
 ) -> None:
     """Scale bar at the left, colour bars at the right, above ``bottom``."""
-    y, width = bottom - 1.9 * canvas.text, round(min(0.22 * (right - left), 16 * canvas.text))
-    length = round_length(0.14 * (right - left) / painter.scale)
+    y, width = bottom - 1.9 * canvas.text, min(0.22 * (right - left), 16 * canvas.text)
+    length = round_length(0.14 * (right - left) / painter.scale * shown.metres) / shown.metres
     canvas.scale_bar(left, y + 0.3 * canvas.text, length * painter.scale, length_text(length, shown))
-    canvas.colour_bar(right - width, y, width, shown.scale(frame))
+    right = canvas.colour_bar(right, y, width, shown.scale(frame))
     if shown.membrane is not None and (largest := curvature_scale(shown.membrane, frame)):
-        canvas.curvature_bar(right - 2 * width - 6 * canvas.text, y, width, largest)
+        canvas.curvature_bar(right - 2 * canvas.text, y, width, largest)
 
 
 def _shortened(canvas: Canvas, text: str, width: float, size: float) -> str:

@@ -19,6 +19,8 @@ _FLAT = 0.02
 """Thickness over size below which motion is planar."""
 _MARGIN, _ROOM = 1.06, 0.6
 """The picture over what it holds; room round the rods on an open membrane, in sizes of what they fill."""
+_FOLLOWING = 1.5
+"""The picture over the rods, where it follows them, so that trails are seen."""
 _FEW = 4000
 """Largest number of points of a frame that decide about the view."""
 
@@ -58,7 +60,7 @@ def view_of(shown: Content, frames: range | list[int] | None = None) -> View:
     if not len(fixed):
         own = np.max([np.ptp(points @ axes.T, axis=0) for points in every], axis=0) / 2
         follows = bool(half[:2].max() > 2.5 * own[:2].max())
-        half = own if follows else half
+        half = _FOLLOWING * own if follows else half
     half = _MARGIN * (half[:2] + radius)
     half = np.maximum(half, 0.3 * half.max())  # a straight rod needs room, too
     return View(axes, (low + high) / 2 @ axes, half, follows)

@@ -22,8 +22,8 @@ from pathlib import Path
 
 import bpy
 
-HERE = Path(__file__).resolve().parent
-FRAMES, FPS, ENGINE = {frames}, {fps:g}, "{engine}"
+HERE, ANIMATION = Path(__file__).resolve().parent, "{animation}"
+FRAMES, FPS = {frames}, {fps:g}
 
 
 def material(name):
@@ -43,7 +43,7 @@ def material(name):
 def opened():
     """The objects of the animation, with their materials."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.wm.usd_import(filepath=str(HERE / "{animation}"), import_guide=False, apply_unit_conversion_scale=False)
+    bpy.ops.wm.usd_import(filepath=str(HERE / ANIMATION), import_guide=False, apply_unit_conversion_scale=False)
     colours = material("Colours of the rods")
     for thing in bpy.data.objects:
         if thing.type in ("CURVES", "MESH") and "displayColor" in thing.data.attributes:
@@ -71,9 +71,8 @@ def film(scene):
     scene.render.resolution_x, scene.render.resolution_y = 1280, 720
     scene.render.film_transparent = True
     scene.view_settings.view_transform = "Standard"
-    scene.render.engine = ENGINE
-    if ENGINE == "CYCLES":
-        scene.cycles.samples, scene.cycles.use_denoising = 16, False
+    scene.render.engine = "CYCLES"  # needs no display
+    scene.cycles.samples, scene.cycles.use_denoising = 16, False
 
 
 def render(scene, out, frame):
@@ -110,13 +109,7 @@ main()
 '''
 
 
-def write_script(shown: Content, path: Path) -> None:
+def write_script(shown: Content, path: Path, fps: float) -> None:
     """Write the script; the animation itself, ``animation.usdc``, is to be beside it."""
-    values = {
-        "animation": "animation.usdc",
-        "name": "blender.py",
-        "frames": shown.frames,
-        "fps": 24,
-        "engine": "CYCLES",
-    }
-    path.write_text(_SCRIPT.format(**values), encoding="utf-8")
+    text = _SCRIPT.format(animation="animation.usdc", name="blender.py", frames=shown.frames, fps=fps)
+    path.write_text(text, encoding="utf-8")

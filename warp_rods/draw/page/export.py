@@ -39,6 +39,8 @@ SAMPLED = 6
 """Frames that are packed to estimate the size."""
 MEMBRANE, CONTAINER = 0.22, 0.06
 """Opacities where a surface is seen face on; that of a container is low, as the cells are inside."""
+TRAILS = 20
+"""Largest number of rods that leave trails."""
 Arrays = dict[str, str]
 
 
@@ -163,7 +165,16 @@ def _view(content: Content, frames: range) -> dict[str, Any]:
         "back": _short(view.axes[2]),
         "half": _short([*view.half, depth]),
         "centres": [_short(centre) for centre in centres],
+        "trails": _trails(content, frames) if view.follows else [],
     }
+
+
+def _trails(content: Content, frames: range) -> list[Any]:
+    """Paths of the middles of rods that travel far, [rod][frame][3]; none where they are many."""
+    if sum(rods.count for rods in content.rods) > TRAILS:
+        return []
+    middles = [[rods.positions(frame)[:, rods.nodes // 2] for frame in frames] for rods in content.rods]
+    return [[_short(place) for place in path] for part in middles for path in np.swapaxes(part, 0, 1)]
 
 
 def _short(numbers: np.ndarray | Sequence[float]) -> list[float]:

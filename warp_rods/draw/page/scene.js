@@ -17,7 +17,8 @@ class Scene {
     this.colours = this.colourMap(facts.map);
     this.rods = data.rods.map((ensemble) => ({ ...ensemble, pointTexture: this.texture(), valueTexture: this.texture() }));
     this.sheets = data.sheets.map((sheet) => this.sheet(sheet));
-    this.edges = facts.edges.length ? this.lines(facts.edges) : null;
+    this.edges = facts.edges.length ? this.lines(facts.edges.flat()) : null;
+    this.trails = facts.view.trails.map((path) => this.lines(path));
   }
 
   program(vertex, fragment) {
@@ -95,15 +96,16 @@ class Scene {
     return { ...sheet, array, shown: -1, buffers: { points, normals } };
   }
 
-  lines(edges) {
+  lines(points) {
     const array = this.gl.createVertexArray();
     this.gl.bindVertexArray(array);
-    this.attribute(this.lineProgram, "point", new Float32Array(edges.flat(2)), this.gl.STATIC_DRAW);
-    return { array, count: 2 * edges.length };
+    this.attribute(this.lineProgram, "point", new Float32Array(points.flat()), this.gl.STATIC_DRAW);
+    return { array, count: points.length };
   }
 
   // Take the numbers of a frame to the graphics processor.
   show(frame) {
+    this.frame = frame;
     for (const rods of this.rods) {
       this.fill(rods.pointTexture, rodPoints(rods.points, frame, rods.rods, rods.nodes), 3);
       this.fill(rods.valueTexture, rodValues(rods.values, frame, rods.rods, rods.nodes), 1);
@@ -134,7 +136,7 @@ class Scene {
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
     this.drawRods(common);
-    if (this.edges) this.drawEdges(common);
+    this.drawLines(common);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -174,10 +176,18 @@ class Scene {
     gl.disable(gl.CULL_FACE);
   }
 
-  drawEdges(common) {
+  // The edges of the box, and where rods that travel have been.
+  drawLines(common) {
+    const gl = this.gl;
     this.use(this.lineProgram, common);
-    this.gl.bindVertexArray(this.edges.array);
-    this.gl.drawArrays(this.gl.LINES, 0, this.edges.count);
+    if (this.edges) {
+      gl.bindVertexArray(this.edges.array);
+      gl.drawArrays(gl.LINES, 0, this.edges.count);
+    }
+    for (const trail of this.trails) {
+      gl.bindVertexArray(trail.array);
+      gl.drawArrays(gl.LINE_STRIP, 0, this.frame + 1);
+    }
   }
 
   drawSheets(common) {

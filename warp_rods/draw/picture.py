@@ -40,8 +40,8 @@ _CURVED = "coolwarm"
 class Painter:
     """Paints frames of what is shown, in pictures of one size: ``Painter(shown, view, width, height)``.
 
-    scale: the number of pixels in a unit of length: the view fills the picture as far as its shape allows. curvature: that
-    at both ends of the colours of the membrane, 0 where it has none.
+    scale: the number of pixels in a unit of length: the view fills the picture as far as its shape allows. curvature:
+    that at both ends of the colours of the membrane, 0 where it has none.
     """
 
     def __init__(self, shown: Content, view: View, width: int, height: int) -> None:

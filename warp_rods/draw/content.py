@@ -39,8 +39,7 @@ class Content:
 
     title, scene, selection, attributes (of the run); colour: the row of ``COLOURS``; numbers: the chosen frames of the
     trajectory, a range; times [frame]; frames: their count; rods: the chosen ensembles; membrane, container: surfaces
-    or None; box: sides [3] of the box, or None where there are none to draw; period [3], 0 where it is open; unit: the
-    unit of length in words, such as "µm", or an empty text.
+    or None; box: sides [3] of the box, or None where there are none to draw; period [3], 0 where it is open.
     """
 
     def __init__(self, run: xr.DataTree, selection: Selection) -> None:
@@ -92,7 +91,7 @@ class Content:
     def bounds(self, frames: range | list[int] | None = None) -> np.ndarray:
         """Lower and upper corner [2, 3] of what is drawn at these frames (default: at a sample of all).
 
-        Rods with their thickness, a box, a container, and a membrane, unless this is far larger than a rod and open.
+        Rods with their thickness, membrane, container and box.
         """
         sample = range(0, self.frames, -(-self.frames // SAMPLED_FRAMES)) if frames is None else frames
         return bounds_of(self, sample)

@@ -40,7 +40,8 @@ _CURVED = "coolwarm"
 class Painter:
     """Paints frames of what is shown, in pictures of one size: ``Painter(shown, view, width, height)``.
 
-    ``scale`` is the number of pixels in a unit of length: the view fills the picture as far as its shape allows.
+    scale: the number of pixels in a unit of length: the view fills the picture as far as its shape allows. curvature:
+    that at both ends of the colours of the membrane, 0 where it has none.
     """
 
     def __init__(self, shown: Content, view: View, width: int, height: int) -> None:
@@ -49,6 +50,8 @@ class Painter:
         self.scale = float(min(width / (2 * view.half[0]), height / (2 * view.half[1])))
         self._sheet = shown.membrane or shown.container
         self._opacity = _OPACITY if shown.membrane else _CONTAINER_OPACITY
+        ends = sorted({0, shown.frames // 2, shown.frames - 1})
+        self.curvature = curvature_scale(shown.membrane, ends) if shown.membrane else 0.0
         with exclusive:
             self._rods, self._front, self._back = (self._layer() for _ in range(3))
             self._out: Any = wp.empty((FINER * height, FINER * width), dtype=wp.vec3, device="cpu")
@@ -117,7 +120,9 @@ class Painter:
         if self._drawn and self._drawn[0] is mesh and np.array_equal(self._drawn[1], view.centre):
             return
         sheet: Any = kernels.Sheet()
-        colours = sheet_colours(self._sheet, frame, self._sheet is self.shown.membrane)
+        colours = np.broadcast_to(_NEUTRAL, mesh.points.shape)
+        if self.curvature:
+            colours = curvature_colours(self._sheet.curvatures(frame).gaussian / self.curvature)
         normals = mesh.normals @ view.axes.T * (1.0, -1.0, 1.0)
         for name, values in (("points", self.to_pixels(mesh.points, view)), ("normals", normals), ("colours", colours)):
             setattr(sheet, name, wp.array(np.asarray(values, np.float32), dtype=wp.vec3, device="cpu"))
@@ -139,21 +144,15 @@ class Painter:
         layer.depth.fill_(kernels.FAR)
 
 
-def curvature_scale(sheet: Sheet, frame: int) -> float:
-    """The Gaussian curvature at both ends of the colours of a membrane, 1/length²; 0 where it hardly varies."""
-    gaussian = sheet.curvatures(frame).gaussian
-    low, high = np.quantile(gaussian[np.isfinite(gaussian)], (0.02, 0.98))
+def curvature_scale(sheet: Sheet, frames: list[int]) -> float:
+    """The Gaussian curvature at both ends of the colours of a membrane, 1/length²; 0 where it hardly varies.
+
+    That of all these frames, so that a moving membrane has one scale.
+    """
+    every = np.concatenate([sheet.curvatures(frame).gaussian for frame in (frames if sheet.moving else [0])])
+    low, high = np.quantile(every[np.isfinite(every)], (0.02, 0.98))
     largest = max(abs(low), abs(high))
     return float(largest) if high - low > 0.02 * largest else 0.0
-
-
-def sheet_colours(sheet: Sheet, frame: int, curved: bool) -> np.ndarray:
-    """sRGB [v, 3] at the points of a mesh: pale colours of the Gaussian curvature, or grey where it hardly varies."""
-    points = sheet.mesh(frame).points
-    largest = curvature_scale(sheet, frame) if curved else 0.0
-    if not largest:
-        return np.broadcast_to(_NEUTRAL, points.shape)
-    return curvature_colours(sheet.curvatures(frame).gaussian / largest)
 
 
 def curvature_colours(ratio: np.ndarray) -> np.ndarray:

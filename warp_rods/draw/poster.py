@@ -9,7 +9,7 @@ import numpy as np
 
 from warp_rods.draw.content import Content
 from warp_rods.draw.lettering import Canvas, clock, length_text, round_length
-from warp_rods.draw.picture import Painter, curvature_scale
+from warp_rods.draw.picture import Painter
 from warp_rods.draw.view import view_of
 from warp_rods.progress import with_progress
 
@@ -61,8 +61,8 @@ def legend(
     length = round_length(0.14 * (right - left) / painter.scale * shown.metres) / shown.metres
     canvas.scale_bar(left, y + 0.3 * canvas.text, length * painter.scale, length_text(length, shown))
     right = canvas.colour_bar(right, y, width, shown.scale(frame))
-    if shown.membrane is not None and (largest := curvature_scale(shown.membrane, frame)):
-        canvas.curvature_bar(right - 2 * canvas.text, y, width, largest)
+    if painter.curvature:
+        canvas.curvature_bar(right - 2 * canvas.text, y, width, painter.curvature)
 
 
 def _shortened(canvas: Canvas, text: str, width: float, size: float) -> str:

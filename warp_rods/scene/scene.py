@@ -24,12 +24,11 @@ from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flows import FlowTable
 from warp_rods.scene.outside import ForceTable, Gravity
+from warp_rods.scene.sweep import ENSEMBLES, SweepTable, sweep_faults
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time, Units
 from warp_rods.values import key_path, plain, shown
 
-ENSEMBLES = ("filaments", "swimmers", "cosserat")
-"""The tables of ensembles."""
 LARGEST_FILE = 100_000_000
 """Bytes of a scene in TOML, at most."""
 
@@ -52,6 +51,7 @@ class Scene(Table):
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description="a table, [units]")
     output: Output | None = Field(default=None, description="a table, [output]")
+    sweep: SweepTable | None = Field(default=None, description="a table, [sweep]")
 
     def __init__(self, /, **tables: Any):
         try:
@@ -148,6 +148,7 @@ class Scene(Table):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good), *_aim_faults(raw, good)]
+        faults += sweep_faults(raw)
         if not any(raw.get(kind) for kind in ENSEMBLES):
             text = ": missing; a scene has at least one [[filaments]], [[swimmers]] or [[cosserat]]"
             faults.append(fault(("filaments",), raw, text))

@@ -1,0 +1,259 @@
+"""The store of a study: one labelled Zarr store, ``xarray.open_zarr(path)``, written in regions as tasks finish.
+
+Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is written
+last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that does the same
+again after a kill, meets whole chunks only; no two tasks write to one file.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warp_rods.errors import RunFolderError
+from warp_rods.simulation.chunks import crc
+from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.zarr_format import METADATA, TEXT, text_chunk, write_array, write_group, write_labels, write_values
+from warp_rods.studies.axes import SEED, Axis
+from warp_rods.studies.plan import Column
+
+__all__ = ["STORE", "Store"]
+
+STORE = "study.zarr"
+STATE = "state"
+STATES = {0: "not computed", 1: "computed", 2: "lost", 3: "failed"}
+OWN = {
+    STATE: ("int8", 0, {"long_name": "state of the point", "flag_values": list(STATES),
+                        "flag_meanings": " ".join(word.replace(" ", "_") for word in STATES.values())}),
+    "settled": ("int8", -1, {"long_name": "whether the motion had settled: 1, 0, or −1 where it cannot be told"}),
+    "lost": ("int32", 0, {"long_name": "rods that were lost"}),
+    "message": ("string", "", {"long_name": "why the point was lost or failed; warnings"}),
+    "trajectory": ("string", "", {"long_name": "the folder of the run of the point"}),
+}  # fmt: skip
+"""What every study has at each point: type, fill value, attributes."""
+OLD = 600.0
+"""Seconds after which a temporary file is a leftover of a process that was killed."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """A store at ``path``: ``create`` it, or ``open`` one."""
+
+    path: Path
+
+    @classmethod
+    def create(
+        cls, path: Path, axes: Sequence[Axis], columns: Sequence[Column], chunk: Sequence[int],
+        own: Sequence[str], attributes: Mapping[str, Any], explained: Mapping[str, Mapping[str, Any]],
+    ) -> Store:  # fmt: skip
+        """A store that appears as a whole. Where another process was faster, its store, which may have other chunks."""
+        new = path.with_name(f".{path.name}.{_process()}.new")
+        shutil.rmtree(new, ignore_errors=True)
+        write_group(new, attributes)
+        shape, dims = tuple(map(len, axes)), tuple(axis.key for axis in axes)
+        for axis in axes:
+            _write_axis(new / axis.key, axis)
+        for name, labels in {dim: v for column in columns for dim, v in column.labels.items()}.items():
+            _write_labels(new / name, name, labels)
+        for name in own:
+            dtype, fill, said = OWN[name]
+            _write_empty(new / name, shape, dtype, fill, dims, {**said, **explained.get(name, {})}, chunk)
+        for column in columns:
+            dtype, fill = ("string", "") if column.text else ("float64", math.nan)
+            whole = (*shape, *column.shape)
+            chunks = (*chunk, *column.shape)
+            _write_empty(new / column.name, whole, dtype, fill, (*dims, *column.dims), column.attributes, chunks)
+        _consolidate(new)
+        try:
+            new.rename(path)
+        except OSError:
+            shutil.rmtree(new, ignore_errors=True)
+            if not (path / METADATA).exists():
+                raise
+        return cls(path)
+
+    # --- what there is -------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _document(self) -> dict[str, Any]:
+        try:
+            return json.loads((self.path / METADATA).read_bytes())  # type: ignore[no-any-return]
+        except FileNotFoundError:
+            raise RunFolderError(
+                f"There is no study in {self.path.parent}: {self.path.name} is missing. Give the folder that "
+                f"`warp-rods sweep SCENE --out DIR` wrote."
+            ) from None
+        except (OSError, ValueError) as fault:
+            raise RunFolderError(f"{self.path / METADATA} cannot be read ({fault}): start the study again.") from None
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of the root."""
+        return dict(self._document["attributes"])
+
+    @cached_property
+    def _nodes(self) -> dict[str, Any]:
+        return dict(self._document["consolidated_metadata"]["metadata"])
+
+    @cached_property
+    def variables(self) -> list[str]:
+        """Variables at the points, the state last."""
+        first = self._nodes[STATE]["dimension_names"]
+        names = [n for n, node in self._nodes.items() if node["dimension_names"][: len(first)] == first and n not in first]
+        return [*(name for name in names if name != STATE), STATE]
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The swept keys, and the seeds; a file in TOML may have another order."""
+        return tuple(self._nodes[STATE]["dimension_names"])
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the grid of points."""
+        return tuple(self._nodes[STATE]["shape"])
+
+    @cached_property
+    def scalars(self) -> list[str]:
+        """Measures without further dimensions."""
+        return [n for n in self.variables if n not in OWN and len(self._nodes[n]["shape"]) == len(self.shape)]
+
+    @cached_property
+    def chunk(self) -> tuple[int, ...]:
+        """The shape of a chunk of points."""
+        return tuple(self._nodes[STATE]["chunk_grid"]["configuration"]["chunk_shape"])
+
+    def chunks(self) -> Iterator[tuple[int, ...]]:
+        """The numbers of all chunks."""
+        return np.ndindex(*(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True)))
+
+    def region(self, chunk: Sequence[int]) -> tuple[slice, ...]:
+        """Where a chunk is in the grid."""
+        ends = zip(chunk, self.chunk, self.shape, strict=True)
+        return tuple(slice(i * c, min((i + 1) * c, n)) for i, c, n in ends)
+
+    # --- reading and writing -----------------------------------------------------------------------------------------
+
+    def states(self) -> np.ndarray:
+        """The state of each point of the grid; 0 where a file cannot be read, so that it is computed again."""
+        return self.whole(STATE)
+
+    def whole(self, name: str) -> np.ndarray:
+        """A variable without further dimensions at all points of the grid."""
+        found = self._read(name, (0,) * len(self.shape))
+        whole = np.full(self.shape, found.flat[0], dtype=found.dtype)
+        for chunk in self.chunks():
+            region = self.region(chunk)
+            whole[region] = self._read(name, chunk)[tuple(slice(0, part.stop - part.start) for part in region)]
+        return whole
+
+    def times(self) -> list[float]:
+        """When each chunk was finished, in seconds since 1970, in order."""
+        return sorted(file.stat().st_mtime for file in (self.path / STATE).glob("c.*"))
+
+    def put(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray]) -> None:
+        """Write values [point, …] at points of a chunk, whose other points keep theirs; raises OSError."""
+        inside = tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
+        for name in self.variables:
+            whole = self._read(name, chunk)
+            if name in values:
+                whole[inside] = values[name]
+            replace_file(self._file(name, chunk), self._encoded(name, whole), self._partial(), durable=True)
+
+    def _file(self, name: str, chunk: Sequence[int]) -> Path:
+        further = len(self._nodes[name]["shape"]) - len(chunk)
+        return self.path / name / ".".join(["c", *map(str, chunk), *["0"] * further])
+
+    def _read(self, name: str, chunk: Sequence[int]) -> np.ndarray:
+        """A whole chunk of a variable; its fill value where there is no file, or it is damaged."""
+        node = self._nodes[name]
+        shape = tuple(node["chunk_grid"]["configuration"]["chunk_shape"])
+        text = node["data_type"] == "string"
+        empty = np.full(shape, "" if text else _fill(node), dtype=object if text else node["data_type"])
+        try:
+            data = self._file(name, chunk).read_bytes()
+        except FileNotFoundError:
+            return empty
+        if crc(data[:-4]) != data[-4:]:
+            return empty
+        if text:
+            empty.flat = _texts(data[:-4])
+            return empty
+        return np.frombuffer(data[:-4], node["data_type"]).reshape(shape).copy()
+
+    def _encoded(self, name: str, values: np.ndarray) -> bytes:
+        text = self._nodes[name]["data_type"] == "string"
+        data = text_chunk([str(value) for value in values.flat]) if text else np.ascontiguousarray(values).tobytes()
+        return data + crc(data)
+
+    def _partial(self) -> Path:
+        """A temporary name that no other process uses."""
+        return self.path.with_name(f".{self.path.name}.{_process()}-{threading.get_ident()}.partial")
+
+    def clear_leftovers(self) -> None:
+        """Remove temporary files of processes that were killed."""
+        for file in self.path.parent.glob(f".{self.path.name}.*"):
+            if time.time() - file.stat().st_mtime > OLD:
+                shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink(missing_ok=True)
+
+
+def _process() -> str:
+    return f"{socket.gethostname()}-{os.getpid()}"
+
+
+def _fill(node: Mapping[str, Any]) -> Any:
+    return math.nan if node["fill_value"] == "NaN" else node["fill_value"]
+
+
+def _texts(data: bytes) -> list[str]:
+    """Texts of a chunk that ``text_chunk`` made."""
+    found, at = list[str](), 4
+    for _ in range(struct.unpack_from("<I", data)[0]):
+        (size,) = struct.unpack_from("<I", data, at)
+        found.append(data[at + 4 : at + 4 + size].decode())
+        at += 4 + size
+    return found
+
+
+def _write_axis(folder: Path, axis: Axis) -> None:
+    labels = axis.labels
+    said = {"scale": axis.scale, "first_points": f"every {axis.stride}"} if axis.key != SEED else {"long_name": "seed"}
+    if labels.dtype == object:
+        write_labels(folder, [str(label) for label in labels], said)
+    else:
+        write_values(folder, labels, (axis.key,), said)
+
+
+def _write_labels(folder: Path, name: str, labels: Sequence[Any]) -> None:
+    if all(isinstance(label, (int, float)) for label in labels):
+        write_values(folder, np.array(labels), (name,), {})
+    else:
+        write_labels(folder, [str(label) for label in labels])
+
+
+def _write_empty(
+    folder: Path, shape: Sequence[int], dtype: str, fill: Any, dims: Sequence[str], attributes: Mapping[str, Any],
+    chunk: Sequence[int],
+) -> None:  # fmt: skip
+    more = {"codecs": TEXT} if dtype == "string" else {}
+    write_array(folder, shape, dtype, fill, dims, attributes, file_shape=chunk, **more)
+
+
+def _consolidate(folder: Path) -> None:
+    """Put the metadata of all arrays into the root."""
+    nodes = {file.parent.name: json.loads(file.read_bytes()) for file in sorted(folder.glob(f"*/{METADATA}"))}
+    root = json.loads((folder / METADATA).read_bytes())
+    root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": nodes}
+    replace_file(folder / METADATA, json.dumps(root).encode())

@@ -1,0 +1,248 @@
+"""A whole study: begun or continued, on all cores, on a cluster, or a part of it in this process."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from filelock import FileLock, Timeout
+
+from warp_rods import __version__, arguments
+from warp_rods import device as devices
+from warp_rods.documented import Documented
+from warp_rods.errors import RunFolderError, SceneError
+from warp_rods.progress import Bar, waiting
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.files import check_writable, default_folder
+from warp_rods.simulation.storage import REMEDIES, StorageError
+from warp_rods.studies import cluster
+from warp_rods.studies.begin import begin
+from warp_rods.studies.plan import Plan
+from warp_rods.studies.refine import levels
+from warp_rods.studies.serial import run_here, share
+from warp_rods.studies.store import STORE, Store
+from warp_rods.studies.tasks import Outcome, Task, tasks_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+__all__ = ["Study", "sweep"]
+
+
+class Study(metaclass=Documented):
+    """A study in a folder.
+
+    folder: where it is. points: how many there are by what became of them. left: how many are still to be computed.
+    messages: what was said.
+    """
+
+    def __init__(self, folder: Path, points: dict[str, int], left: int, messages: list[str]):
+        self.folder, self.points, self.left, self.messages = folder, points, left, messages
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {word}" for word, count in self.points.items())
+        return f"<Study in {self.folder}: {counts or 'no points'}{f', {self.left} left' if self.left else ''}>"
+
+    @property
+    def summary(self) -> str:
+        """What became of the points, in a line."""
+        counts = ", ".join(f"{count} {word}" for word, count in self.points.items())
+        left = f"; {self.left} left: run the same command again when the other parts are done" if self.left else ""
+        return f"{counts or 'no point is computed'}{left}; results in {self.folder / STORE}"
+
+    @property
+    def data(self) -> xr.Dataset:
+        """The results, read lazily: dimensions are the swept keys and ``seed``."""
+        import xarray
+
+        return xarray.open_zarr(self.folder / STORE, chunks=None)
+
+
+def sweep(
+    scene: Scene | str | Path,
+    out: str | Path | None = None,
+    *,
+    device: str | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    part: tuple[int, int] | None = None,
+    overwrite: bool = False,
+    console: Console | None = None,
+) -> Study:
+    """Simulate a scene at every point of its ``sweep`` into the folder ``out`` (default ``runs/<scene name>``).
+
+    A study that was stopped, or killed, goes on where it was; points that failed are tried again. Tasks run on all
+    cores with Dask (without it, one after the other); ``scheduler``: the address of another cluster of Dask, whose
+    workers see the same folder; ``workers``: how many processes on this machine. ``part=(3, 64)``: the third of 64
+    parts, in this process and without Dask. Raises SceneError before anything is written, RunFolderError for a folder
+    that holds something else, StorageError where it can no longer be written, SchedulerLost.
+    """
+    from rich.console import Console
+
+    console = console or Console(stderr=True, markup=False, highlight=False)
+    folder = default_folder(scene) if out is None else arguments.path("out", out)
+    plan = Plan(scene if isinstance(scene, Scene) else Scene.load(scene))
+    _check(part, scheduler, workers, overwrite)
+    check_writable(folder, "out")
+    _ = plan.sweep, plan.paths, plan.wanted
+    device = devices.choose(device)
+    count = workers or (part[1] if part else _processes(device))
+    said: list[str] = []
+    tell = _teller(said, console)
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / ".lock")
+    _hold(lock, folder, part)
+    try:
+        with waiting("compiling kernels (once on a machine, then cached) and estimating times", console):
+            store, lines = begin(plan, folder, device, count, overwrite)
+        for line in [_size(plan, folder), *lines]:
+            tell(line)
+        _levels(plan, store, folder, tell, console, device, scheduler, count, part)
+    except OSError as fault:
+        raise _storage(fault, folder) from None
+    finally:
+        lock.release()
+    return _study(plan, store, folder, said)
+
+
+def parsed_part(text: str | None) -> tuple[int, int] | None:
+    """"3/64" as (3, 64); raises SceneError."""
+    if text is None:
+        return None
+    one, _, all_ = text.partition("/")
+    if not (one.isdecimal() and all_.isdecimal()):
+        raise SceneError(f"part = {text}: must be i/n with 1 ≤ i ≤ n, such as 3/64")
+    return int(one), int(all_)
+
+
+def _check(part: Any, scheduler: str | None, workers: int | None, overwrite: bool) -> None:
+    """Raises SceneError for arguments that do not go together."""
+    if part is not None:
+        i, n = part
+        if not (isinstance(i, int) and isinstance(n, int) and 1 <= i <= n):
+            raise SceneError(f"part = {i}/{n}: must be i/n with 1 ≤ i ≤ n, such as 3/64")
+        if scheduler is not None or workers is not None:
+            raise SceneError("part: is done in this process: leave scheduler and workers out")
+        if overwrite:
+            raise SceneError("part: cannot overwrite what the other parts write: remove the study first")
+    if workers is not None:
+        arguments.whole("workers", workers, 1)
+        if scheduler is not None:
+            raise SceneError("workers: a scheduler has its own: leave one of them out")
+    if scheduler is not None or workers is not None:
+        cluster.require()
+
+
+def _processes(device: str) -> int:
+    """How many processes use this machine: one for each device, or core."""
+    cuda = [one for one in devices.known() if one.is_cuda]
+    return max(len(cuda), 1) if device.startswith("cuda") else devices.cores()
+
+
+def _hold(lock: FileLock, folder: Path, part: Any) -> None:
+    """One client at a time; parts share the folder with anybody."""
+    if part is not None:
+        return
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        raise RunFolderError(f"another sweep is at work in {folder}: wait for it; --status shows how far it is") from None
+
+
+def _teller(said: list[str], console: Console) -> Callable[[str], None]:
+    def tell(line: str) -> None:
+        said.append(line)
+        console.print(line, soft_wrap=True)
+
+    return tell
+
+
+def _size(plan: Plan, folder: Path) -> str:
+    sizes = " × ".join(f"{axis.first} {axis.key}" for axis in plan.axes)
+    more = f", refined {plan.levels} times" if plan.levels else ""
+    return f"{plan.first_points} points ({sizes}){more} into {folder / STORE}"
+
+
+def _levels(
+    plan: Plan, store: Store, folder: Path, tell: Callable[[str], None], console: Console, device: str,
+    scheduler: str | None, workers: int, part: tuple[int, int] | None,
+) -> None:  # fmt: skip
+    """All levels, each after the one before."""
+    dask = part is None and cluster.available()
+    if part is None and not dask:
+        tell(f"Dask is not installed, so one core does all tasks in turn; for all cores: {cluster.INSTALL}")
+    engine = _Dask(scheduler, workers, device) if dask else None
+    try:
+        for level, mask in levels(plan, store):
+            states = store.states()
+            tasks = list(tasks_of(store, level, mask, states))
+            mine = share(tasks, list(store.chunks()), *part) if part else tasks
+            if level and mine:
+                tell(f"refinement {level} of {plan.levels}: {sum(len(task.points) for task in mine)} points more")
+            if mine:
+                _do(mine, folder, console, device, engine, level)
+    finally:
+        if engine is not None:
+            engine.close()
+
+
+class _Dask:
+    """A connection to a cluster, which is made when there is something to do."""
+
+    def __init__(self, scheduler: str | None, workers: int, device: str):
+        self._scheduler, self._workers, self._device = scheduler, workers, device
+        self._context: Any = None
+        self._client: Any = None
+
+    def run(self, tasks: list[Task], folder: Path, tell: Callable[[Task, Outcome], None]) -> None:
+        if self._client is None:
+            self._context = cluster.connected(self._scheduler, min(self._workers, max(len(tasks), 1)), self._device)
+            self._client = self._context.__enter__()
+        cluster.run_on(self._client, str(folder.resolve()), tasks, self._device, __version__, tell)
+
+    def close(self) -> None:
+        if self._context is not None:
+            self._context.__exit__(None, None, None)
+
+
+def _do(tasks: list[Task], folder: Path, console: Console, device: str, engine: _Dask | None, level: int) -> None:
+    """Do tasks, with a bar that shows points, throughput and time left."""
+    total, begun = sum(len(task.points) for task in tasks), time.monotonic()
+    done = failed = 0
+    with Bar(f"refinement {level}" if level else "sweep", total, console) as bar:
+
+        def tell(_task: Task, outcome: Outcome) -> None:
+            nonlocal done, failed
+            done, failed = done + outcome.done + len(outcome.failed), failed + len(outcome.failed)
+            speed = done / max(time.monotonic() - begun, 1e-9)
+            bad = f", {failed} failed" if failed else ""
+            bar.update(done, f"{done} of {total} points{bad}, {speed:.3g} points/s")
+
+        if engine is None:
+            run_here(str(folder.resolve()), tasks, device, tell)
+        else:
+            engine.run(tasks, folder, tell)
+
+
+def _storage(fault: OSError, folder: Path) -> Exception:
+    """A storage error in words, or the error itself."""
+    if fault.errno not in REMEDIES:
+        return fault
+    happened, remedy = REMEDIES[fault.errno]
+    return StorageError(
+        f"{happened.format(folder=folder)} ({os.strerror(fault.errno or 0)}: {fault.filename or folder}). All finished "
+        f"points are kept. To go on, {remedy}, then run the same command again."
+    )
+
+
+def _study(plan: Plan, store: Store, folder: Path, said: list[str]) -> Study:
+    from warp_rods.studies.status import counts
+
+    points, left = counts(plan, store)
+    return Study(folder, points, left, said)
+
+

@@ -1,6 +1,7 @@
 """warp_rods: geometrically exact Kirchhoff rods at low Reynolds number, in batches, on NVIDIA Warp.
 
 Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
+Parameter studies sweep, Study
 Your own loop     FreeRods, BoundRods, CosseratRods, Flagella, moment_from_flagella, surfaces, Surface, Status
 Measured shapes   from_centreline
 Measures, plots   measure, measures, plot, plots, sensing, kymograph, swarm, diagnostics

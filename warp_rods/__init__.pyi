@@ -26,6 +26,7 @@ from .simulation.loop import Simulation
 from .simulation.reading import open_run
 from .simulation.runner import Run
 from .simulation.storage import StorageError
+from .studies.sweep import Study, sweep
 from .theory import buckling, continuation, stability, steady
 from .workflow import run
 
@@ -46,6 +47,7 @@ __all__ = [
     "Simulation",
     "Status",
     "StorageError",
+    "Study",
     "Surface",
     "WarpRodsError",
     "buckling",
@@ -71,4 +73,5 @@ __all__ = [
     "steady",
     "surfaces",
     "swarm",
+    "sweep",
 ]

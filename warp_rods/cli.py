@@ -165,6 +165,15 @@ def sweep(
 
 
 @app.command()
+def plot(study: Annotated[Path, typer.Argument(metavar="STUDY", help="The folder of a study")]) -> None:
+    """Draw the diagrams of a study: every measure over its swept keys, as NAME.png and NAME.svg in its folder."""
+    from warp_rods.studies.plot import plot_study
+
+    for path in plot_study(study):
+        print(path)
+
+
+@app.command()
 def check(
     scene: Annotated[Path, typer.Argument(metavar="SCENE|DIR", help="A scene in TOML, or the folder of a run")],
 ) -> None:
@@ -175,9 +184,14 @@ def check(
 
         print(check_run(scene))
         return
+    from warp_rods.scene.scene import Scene
     from warp_rods.simulation.check_scene import check_scene
 
     print(check_scene(scene))
+    if Scene.load(scene).sweep is not None:
+        from warp_rods.studies.plan import check_study
+
+        print(check_study(scene))
 
 
 def _export(run_dir: Path, **wanted: bool) -> None:

@@ -35,7 +35,8 @@ class SweepTable(Table):
     model_config = ConfigDict(extra="allow")
 
     seeds: Annotated[
-        Annotated[int, Field(ge=1, le=MOST_VALUES), Tag(ONE)] | Annotated[tuple[Seed, ...], Field(min_length=1), Tag(EACH)],
+        Annotated[int, Field(ge=1, le=MOST_VALUES), Tag(ONE)]
+        | Annotated[tuple[Seed, ...], Field(min_length=1), Tag(EACH)],
         Discriminator(lambda value: EACH if is_list(value) else ONE),
     ] = Field(default=1, description="a whole number of seeds, 1 or more, or a list of seeds")
     measure: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
@@ -74,7 +75,9 @@ def _fault_of(key: str, value: Any) -> str:
     if is_list(value):
         if not 1 <= len(value) <= MOST_VALUES:
             return f" = {shown(value)}: must be {WHAT}, with 1 to {MOST_VALUES} values"
-        return f" = {shown(value)}: each value must be there once" if len({shown(v) for v in value}) < len(value) else ""
+        return (
+            f" = {shown(value)}: each value must be there once" if len({shown(v) for v in value}) < len(value) else ""
+        )
     return _fault_of_range(value) if isinstance(value, dict) else f" = {shown(value)}: must be {WHAT}"
 
 
@@ -89,14 +92,16 @@ def _fault_of_range(value: Mapping[str, Any]) -> str:
         right = False
     if right and value.keys() <= {"from", "to", "num", "scale"} and value.get("scale", "linear") in SCALES:
         return ""
-    rules = f'from and to two {"positive " if log else ""}numbers, num a whole number from 2 to {MOST_VALUES}'
+    rules = f"from and to two {'positive ' if log else ''}numbers, num a whole number from 2 to {MOST_VALUES}"
     return f' = {shown(dict(value))}: must be {WHAT}: {rules}, scale "linear" or "log"'
 
 
 def sweep_faults(raw: Mapping[str, Any]) -> Faults:
     """Keys of the sweep of a scene (its tables as given) that are not in the scene."""
     table = raw.get("sweep")
-    keys = [key for key in table if key not in SweepTable.model_fields and "." in key] if isinstance(table, dict) else []
+    keys = (
+        [key for key in table if key not in SweepTable.model_fields and "." in key] if isinstance(table, dict) else []
+    )
     found = []
     for key in keys:
         try:
@@ -129,7 +134,9 @@ def located(tables: Mapping[str, Any], key: str) -> Path:
         inside = step in here if isinstance(here, dict) else isinstance(step, int) and step < len(here)
         if not inside and not (last and isinstance(here, dict)):
             known = ", ".join(here) if isinstance(here, dict) else f"0 to {len(here) - 1}"
-            raise KeyError(f"there is no {part} in {'.'.join(key.split('.')[: -len(parts) + depth]) or 'the scene'}: {known}")
+            raise KeyError(
+                f"there is no {part} in {'.'.join(key.split('.')[: -len(parts) + depth]) or 'the scene'}: {known}"
+            )
         path.append(step)
         if not last:
             here = here[step]  # type: ignore[index]

@@ -47,7 +47,7 @@ class Layout:
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     seeds: tuple[int, ...] = ()
-    """Of the equal parts of each ensemble, which are placed as in scenes of their own with these seeds; none: one part."""
+    """Of equal parts of each ensemble, placed as in scenes of their own with these seeds; none: one part."""
 
     def start_of(self, table: Any) -> Arrays:
         """The start of an ensemble from a file, at the nodes of its table; tells what was done with it."""

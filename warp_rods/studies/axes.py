@@ -52,7 +52,7 @@ class Axis:
 
 
 def axes_of(scene: Scene) -> tuple[Axis, ...]:
-    """The axes of the sweep of a scene in its order, the seeds last; a scene without one raises no error but has none."""
+    """The axes of the sweep of a scene in its order, the seeds last."""
     sweep = scene.sweep
     assert sweep is not None
     axes = [_axis(key, given, sweep.refine) for key, given in sweep.axes.items()]
@@ -64,7 +64,9 @@ def _axis(key: str, given: Any, refine: int) -> Axis:
     if not isinstance(given, Mapping):
         return Axis(key, tuple(given))
     scale, stride = given.get("scale", "linear"), 2**refine
-    return Axis(key, _range(float(given["from"]), float(given["to"]), (given["num"] - 1) * stride, scale), scale, stride)
+    return Axis(
+        key, _range(float(given["from"]), float(given["to"]), (given["num"] - 1) * stride, scale), scale, stride
+    )
 
 
 def _range(first: float, last: float, steps: int, scale: str) -> tuple[float, ...]:

@@ -25,7 +25,7 @@ PER_ROD: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
          "placement.direction"),
     ),
 }  # fmt: skip
-"""Keys of an ensemble that may have one value a rod, numbers (or formulas) and lists of numbers, by the kind of rods."""
+"""Keys that may have one value a rod, by the kind of rods: those of numbers (or formulas), and those of lists."""
 
 
 def why_not(scene: Scene, paths: Sequence[Path], simulation: Simulation) -> str:
@@ -63,7 +63,7 @@ def _name(path: Path) -> str:
 
 
 def batch_tables(points: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The tables of a scene whose rods are those of several points, in turn; of all else they have the first point's."""
+    """The tables of a scene whose rods are those of several points, in turn; all else is that of the first point."""
     first = points[0]
     merged = {
         kind: tuple(_ensemble(kind, [point[kind][i] for point in points]) for i in range(len(first[kind])))

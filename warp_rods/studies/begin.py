@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import time
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,10 @@ from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.timing import estimated_seconds
 from warp_rods.studies.batches import batch_tables, why_not
 from warp_rods.studies.plan import Plan, columns_of
 from warp_rods.studies.points import assumes, measured
-from warp_rods.studies.record import bytes_of_a_rod, still
+from warp_rods.studies.record import Record, bytes_of_a_rod, still
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
 from warp_rods.studies.tasks import SCENE, TRAJECTORIES
@@ -33,8 +33,10 @@ MOST_TASKS = 20_000
 """Of a level of a study: each costs client, scheduler and disk some milliseconds, and about ten files."""
 MOST_RODS, MOST_BYTES = 4096, 2e8
 """Rods of a batch, and bytes of its trajectory in memory, at most."""
-TRIED, BUDGET = 8, 1.0
+TRIED, BUDGET = 8, 3.0
 """Points with which times are estimated, and seconds for that."""
+FEWEST = 64
+"""Points of a batch, where there are as many: fewer take as long, as 8 rods are stepped and 64 measured together."""
 
 
 def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
@@ -46,7 +48,8 @@ def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) 
         _remove(folder)
     if (folder / STORE).exists():
         return _resumed(plan, folder, device), []
-    if folder.exists() and any(not file.name.startswith(".") and file.name != SCENE for file in folder.iterdir()):
+    ours = (SCENE, STORE, TRAJECTORIES)  # another part may be making them
+    if folder.exists() and any(not file.name.startswith(".") and file.name not in ours for file in folder.iterdir()):
         raise RunFolderError(f"{folder} holds something that is not a study: give another --out")
     plan.check()
     return _created(plan, folder, device, workers)
@@ -70,8 +73,8 @@ def _resumed(plan: Plan, folder: Path, device: str) -> Store:
         )
     if attributes.get("device") != _kind(device):
         raise RunFolderError(
-            f"{folder} was begun on {attributes.get('device')}, whose bits are not those of {_kind(device)}: go on with "
-            f"--device {attributes.get('device')}"
+            f"{folder} was begun on {attributes.get('device')}, whose bits are not those of {_kind(device)}: go on "
+            f"with --device {attributes.get('device')}"
         )
     store.clear_leftovers()
     _warm_up(plan, device)
@@ -123,7 +126,7 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
 
 
 def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
-    """All measures of a point in which nothing moves: their names and shapes. Raises SceneError for one that cannot be."""
+    """All measures of a point in which nothing moves, for their names and shapes; raises SceneError."""
     try:
         return measured(plan, still(simulation), 1, simulation.surfaces["surface"])
     except ValueError as error:
@@ -131,14 +134,28 @@ def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
 
 
 def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> float:
-    """Seconds of one core for a point, simulated alone or as a rod of a batch."""
+    """Seconds of one core for a point, simulated alone or as a rod of a batch; some are tried for that."""
     if alone:
-        return estimated_seconds(simulation, BUDGET)[0]
+        return _tried(simulation)
     points = np.argwhere(plan.first())
     some = [tuple(points[i].tolist()) for i in np.linspace(0, len(points) - 1, TRIED).astype(int)]
     scene = Scene.parse(batch_tables([plan.tables_at(point) for point in some]))
     batch = Simulation(scene, device, seeds=[plan.axes[-1].values[point[-1]] for point in some])
-    return estimated_seconds(batch, BUDGET)[0] / TRIED
+    return _tried(batch) / TRIED
+
+
+def _tried(simulation: Simulation) -> float:
+    """Seconds of a whole simulation: of as much of it as fits in the budget, and as long again for what is left."""
+    Record(simulation, ())  # frames take time, too
+    begun = time.perf_counter()
+    passed = [(0.0, 0.0)]
+    for _ in simulation.advance():
+        passed.append((time.perf_counter() - begun, simulation.now))
+        if passed[-1][0] > BUDGET:
+            break
+    (before, since), (spent, now) = passed[len(passed) // 2], passed[-1]
+    left = simulation.scene.time.end - now
+    return spent + (left * (spent - before) / (now - since) if now > since else 0.0)
 
 
 def _points_in_a_task(plan: Plan, seconds: float, workers: int, together: int) -> int:
@@ -147,7 +164,7 @@ def _points_in_a_task(plan: Plan, seconds: float, workers: int, together: int) -
     wanted = SECONDS / max(seconds, 1e-6)
     wanted = min(wanted, total / (TASKS_EACH * workers), together or math.inf)
     if together:
-        wanted = max(wanted, TRIED)
+        wanted = max(wanted, min(FEWEST, total / workers))
     return max(1, math.ceil(max(wanted, total / MOST_TASKS)))
 
 
@@ -159,6 +176,5 @@ def _chunk(plan: Plan, points: int) -> tuple[int, ...]:
         parts = math.ceil(axis.first / here)
         here = math.ceil(axis.first / parts)  # chunks of about equal sizes
         chunk.append(min(here * axis.stride, len(axis)))
-        points //= here
+        points = round(points / here)
     return tuple(reversed(chunk))
-

@@ -49,7 +49,7 @@ def require() -> None:
 
 @contextlib.contextmanager
 def connected(scheduler: str | None, workers: int, device: str) -> Iterator[Any]:
-    """A client of the scheduler at an address, or of a cluster of ``workers`` processes with one thread on this machine.
+    """A client of the scheduler at an address, or of a cluster of ``workers`` processes with one thread each here.
 
     Raises SceneError where there is no scheduler at the address.
     """
@@ -95,7 +95,14 @@ class _Running:
         where = {"workers": others, "allow_other_workers": True} if others else {}
         name = f"{task.name}{suffix}"
         future = self.client.submit(
-            work, self.folder, task, self.device, self.version, key=f"point-{self.client.id}-{name}", pure=False, **where
+            work,
+            self.folder,
+            task,
+            self.device,
+            self.version,
+            key=f"point-{self.client.id}-{name}",
+            pure=False,
+            **where,
         )
         future.add_done_callback(lambda done: self.ended.put((task.name, done)))
         return future

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,12 @@ class Plan:
         mask[tuple(slice(None, None, max(axis.stride // finer, 1)) for axis in self.axes)] = True
         return mask
 
+    @property
+    def size(self) -> str:
+        """The number of points, and of values on each axis."""
+        sizes = " × ".join(f"{axis.first} {axis.key}" for axis in self.axes)
+        return f"{self.first_points} points ({sizes}){f', refined {self.levels} times' if self.levels else ''}"
+
     # --- scenes ------------------------------------------------------------------------------------------------------
 
     def tables_at(self, point: Index) -> dict[str, Any]:
@@ -171,7 +178,16 @@ class Plan:
     @cached_property
     def needs(self) -> set[str]:
         """Variables of the trajectory that the measures need."""
-        return {"status", "strain", "position", "activity", "gauss", "length"}.union(*(w.variables for w in self.wanted))
+        return {"status", "strain", "position", "activity", "gauss", "length"}.union(
+            *(w.variables for w in self.wanted)
+        )
+
+
+def check_study(path: str | FilePath) -> str:
+    """What the sweep of the scene in a file is; raises SceneError for a value, or a measure, that is not possible."""
+    plan = Plan(Scene.load(path))
+    plan.check()
+    return f"a study of {plan.size}, for `warp-rods sweep`"
 
 
 def columns_of(found: Mapping[str, xr.DataArray], assumes: Mapping[str, bool]) -> list[Column]:

@@ -22,7 +22,7 @@ from warp_rods.studies.summaries import each_point, settled
 __all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "each_alone", "measured"]
 
 COMPUTED, LOST, FAILED = 1, 2, 3
-"""States of a point: measured; all its rods were lost, or one where a run would stop then; it could not be simulated."""
+"""States of a point: measured; all its rods lost, or one where a run would stop; not possible to simulate."""
 
 
 class Results(NamedTuple):
@@ -60,7 +60,7 @@ def _losses(simulation: Simulation, points: int) -> Iterator[tuple[int, str]]:
 def each_alone(
     plan: Plan, points: Sequence[Index], device: str, folder: Path | None = None
 ) -> Iterator[Results]:  # fmt: skip
-    """Points in simulations of their own, each of which may fail; in ``folder`` they leave the folders of their runs."""
+    """Points in simulations of their own, each of which may fail; in ``folder`` they leave folders of their runs."""
     for point in points:
         try:
             yield _alone(plan, point, device, folder)
@@ -167,4 +167,3 @@ def assumes(plan: Plan, found: Mapping[str, Any]) -> dict[str, bool]:
     """Which variables assume a settled motion."""
     rows = {wanted.prefix + wanted.name: wanted.summary.settled for wanted in plan.wanted}
     return {name: next((yes for key, yes in rows.items() if name.startswith(key)), True) for name in found}
-

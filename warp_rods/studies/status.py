@@ -43,11 +43,14 @@ def status(folder: str | Path) -> str:
     points, left = counts(plan, store)
     done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
     said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")
-    lines = [f"{folder}: {done} of {done + left} points done ({100 * done / max(done + left, 1):.0f} %){': ' * bool(said)}{said}"]
+    share = 100 * done / max(done + left, 1)
+    lines = [f"{folder}: {done} of {done + left} points done ({share:.0f} %){': ' if said else ''}{said}"]
     if left:
-        lines.append(_pace(store, left))
+        lines.append(_pace(store, store.states(), left))
     elif plan.levels:
-        lines.append(f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come")
+        lines.append(
+            f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come"
+        )
     return "\n".join(lines)
 
 
@@ -56,15 +59,15 @@ def _all_levels(plan: Plan, store: Store) -> bool:
     return level == plan.levels
 
 
-def _pace(store: Store, left: int) -> str:
+def _pace(store: Store, states: np.ndarray, left: int) -> str:
     """Points a second of late, and the time that the others take at this pace."""
     times, now = store.times(), time.time()
     if not times:
         return "nothing is finished yet"
-    last = f"the last task ended {in_words(now - times[-1])} ago"
-    late = [at for at in times if at > now - LATELY]
-    span = now - max(times[0], now - LATELY)
-    if len(late) < 2 or span <= 0:
-        return f"{last}; {left} left"
-    speed = len(late) * float(np.prod(store.chunk)) / span
-    return f"{last}; {left} left"  if speed <= 0 else f"{last}; about {len(late) / span:.2g} tasks/s of late; {left} left"
+    last, first = max(times.values()), min(times.values())
+    ended = f"the last task ended {in_words(now - last)} ago"
+    late = sum(int((states[store.region(chunk)] > 0).sum()) for chunk, at in times.items() if at > now - LATELY)
+    span = last - max(first, now - LATELY)
+    if len(times) < 2 or span <= 0:
+        return ended
+    return f"{ended}; {late / span:.3g} points/s of late, about {in_words(left * span / late)} left"

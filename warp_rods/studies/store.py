@@ -1,8 +1,8 @@
 """The store of a study: one labelled Zarr store, ``xarray.open_zarr(path)``, written in regions as tasks finish.
 
-Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is written
-last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that does the same
-again after a kill, meets whole chunks only; no two tasks write to one file.
+Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is
+written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that does
+the same again after a kill, meets whole chunks only. Different tasks of a level write different files.
 """
 
 from __future__ import annotations
@@ -26,7 +26,15 @@ import numpy as np
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import crc
 from warp_rods.simulation.files import replace_file
-from warp_rods.simulation.zarr_format import METADATA, TEXT, text_chunk, write_array, write_group, write_labels, write_values
+from warp_rods.simulation.zarr_format import (
+    METADATA,
+    TEXT,
+    text_chunk,
+    write_array,
+    write_group,
+    write_labels,
+    write_values,
+)
 from warp_rods.studies.axes import SEED, Axis
 from warp_rods.studies.plan import Column
 
@@ -112,7 +120,9 @@ class Store:
     def variables(self) -> list[str]:
         """Variables at the points, the state last."""
         first = self._nodes[STATE]["dimension_names"]
-        names = [n for n, node in self._nodes.items() if node["dimension_names"][: len(first)] == first and n not in first]
+        names = [
+            n for n, node in self._nodes.items() if node["dimension_names"][: len(first)] == first and n not in first
+        ]
         return [*(name for name in names if name != STATE), STATE]
 
     @property
@@ -159,9 +169,10 @@ class Store:
             whole[region] = self._read(name, chunk)[tuple(slice(0, part.stop - part.start) for part in region)]
         return whole
 
-    def times(self) -> list[float]:
-        """When each chunk was finished, in seconds since 1970, in order."""
-        return sorted(file.stat().st_mtime for file in (self.path / STATE).glob("c.*"))
+    def times(self) -> dict[tuple[int, ...], float]:
+        """When each chunk was last written, in seconds since 1970."""
+        files = (self.path / STATE).glob("c.*")
+        return {tuple(map(int, file.name.split(".")[1:])): file.stat().st_mtime for file in files}
 
     def put(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray]) -> None:
         """Write values [point, …] at points of a chunk, whose other points keep theirs; raises OSError."""

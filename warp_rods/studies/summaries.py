@@ -6,6 +6,7 @@ last frame, and the mean over the rods of the point.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -29,8 +30,8 @@ CHANGE = 0.05
 MOST = 0.9
 """Share of the rods of a point that must have settled."""
 SETTLED = (
-    f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by less than "
-    f"{CHANGE:.0%} from the third to the last quarter of the run, or filaments kept their place in its last fifth"
+    f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by less "
+    f"than {CHANGE:.0%} from the third to the last quarter of the run, or filaments kept their place in its last fifth"
 )
 
 
@@ -58,7 +59,9 @@ def _midpoint_gauss(data: xr.Dataset) -> xr.DataArray:
 def _positive(data: xr.Dataset) -> xr.DataArray:
     """Whether the Gaussian curvature at the midpoint is positive (frame, rod)."""
     share = (data["gauss"].to_numpy() > 0).astype(float)
-    return described(data, ("frame", "rod"), share, "1", "share of the filaments at 𝒦 > 0", "midpoints with K11 K22 > K12²")
+    return described(
+        data, ("frame", "rod"), share, "1", "share of the filaments at 𝒦 > 0", "midpoints with K11 K22 > K12²"
+    )
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def _quarters(time: np.ndarray) -> list[tuple[float, float]]:
     """The third and the last quarter."""
     first, last = time[0], time[-1]
     at = [first + share * (last - first) for share in (0.5, 0.75, 1.0)]
-    return list(zip(at[:-1], at[1:], strict=True))
+    return list(itertools.pairwise(at))
 
 
 def _in_place(data: xr.Dataset) -> np.ndarray:
@@ -208,7 +211,7 @@ def _in_place(data: xr.Dataset) -> np.ndarray:
 
 
 def _steady_modes(data: xr.Dataset, quarters: list[np.ndarray]) -> np.ndarray:
-    """Whether the modes are as large in one quarter as in the other [rod]; a straight rod must not bend more and more."""
+    """Whether the modes are as large in one quarter as in the other [rod]; straight rods must not bend more and more."""
     a = mode_coefficients(data, twist_free=True).transpose("frame", "rod", "component", "mode").to_numpy()
     before, after = (np.sqrt((a[frames] ** 2).mean(axis=0)).reshape(a.shape[1], -1) for frames in quarters)
     size, change = np.linalg.norm(after, axis=1), np.linalg.norm(after - before, axis=1)

@@ -17,6 +17,7 @@ from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.progress import Bar, waiting
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.files import check_writable, default_folder
+from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.storage import REMEDIES, StorageError
 from warp_rods.studies import cluster
 from warp_rods.studies.begin import begin
@@ -99,18 +100,21 @@ def sweep(
     try:
         with waiting("compiling kernels (once on a machine, then cached) and estimating times", console):
             store, lines = begin(plan, folder, device, count, overwrite)
-        for line in [_size(plan, folder), *lines]:
+        for line in [f"{plan.size} into {folder / STORE}", *lines]:
             tell(line)
         _levels(plan, store, folder, tell, console, device, scheduler, count, part)
     except OSError as fault:
         raise _storage(fault, folder) from None
+    except (KeyboardInterrupt, Interrupted):
+        tell("stopped: what was finished is kept, and the same command goes on")
+        raise
     finally:
         lock.release()
     return _study(plan, store, folder, said)
 
 
 def parsed_part(text: str | None) -> tuple[int, int] | None:
-    """"3/64" as (3, 64); raises SceneError."""
+    """ "3/64" as (3, 64); raises SceneError."""
     if text is None:
         return None
     one, _, all_ = text.partition("/")
@@ -150,7 +154,9 @@ def _hold(lock: FileLock, folder: Path, part: Any) -> None:
     try:
         lock.acquire(blocking=False)
     except Timeout:
-        raise RunFolderError(f"another sweep is at work in {folder}: wait for it; --status shows how far it is") from None
+        raise RunFolderError(
+            f"another sweep is at work in {folder}: wait for it; --status shows how far it is"
+        ) from None
 
 
 def _teller(said: list[str], console: Console) -> Callable[[str], None]:
@@ -159,12 +165,6 @@ def _teller(said: list[str], console: Console) -> Callable[[str], None]:
         console.print(line, soft_wrap=True)
 
     return tell
-
-
-def _size(plan: Plan, folder: Path) -> str:
-    sizes = " × ".join(f"{axis.first} {axis.key}" for axis in plan.axes)
-    more = f", refined {plan.levels} times" if plan.levels else ""
-    return f"{plan.first_points} points ({sizes}){more} into {folder / STORE}"
 
 
 def _levels(
@@ -244,5 +244,3 @@ def _study(plan: Plan, store: Store, folder: Path, said: list[str]) -> Study:
 
     points, left = counts(plan, store)
     return Study(folder, points, left, said)
-
-

@@ -1,4 +1,4 @@
-"""The tasks of a study: the points of one chunk of the store at one level of refinement, done by any worker, any time."""
+"""The tasks of a study: points of one chunk of the store at one level of refinement, done by any worker, any time."""
 
 from __future__ import annotations
 

@@ -1,0 +1,82 @@
+"""Diagrams of a study from its store: for each measure a figure with one or several panels."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warp_rods.draw import plots
+from warp_rods.draw.diagrams import SEED, diagram
+from warp_rods.draw.labels import label as label_of
+from warp_rods.errors import RunFolderError
+from warp_rods.studies.store import OWN, STORE
+
+__all__ = ["plot_study"]
+
+MOST_PANELS = 9
+"""Of a study with more than two keys, values of the others for which there is a panel."""
+
+
+def plot_study(folder: str | Path) -> list[Path]:
+    """Draw every measure of a study into its folder, as NAME.png and NAME.svg; returns the PNG files.
+
+    Measures with further dimensions, such as ``modes``, are not drawn. Raises RunFolderError where there is no study,
+    or nothing is computed.
+    """
+    path = Path(folder) / STORE
+    if not path.exists():
+        raise RunFolderError(f"There is no study in {folder}: {STORE} is missing")
+    data = xr.open_zarr(path, chunks=None).load()
+    if not (data["state"] == 1).any():
+        raise RunFolderError(f"{folder}: no point is computed yet, so that there is nothing to draw")
+    names = [str(n) for n in data.data_vars if n not in OWN and data[n].dims == data["state"].dims]
+    return [plots.save(figure_of(data, name), Path(folder) / name.replace(".", "-"))[0] for name in names]
+
+
+def figure_of(data: xr.Dataset, name: str) -> Any:
+    """The figure of one measure over the two keys with the most values; a panel for each value of the others."""
+    keys = [str(dim) for dim in data["state"].dims if dim != SEED]
+    long = sorted(keys, key=lambda key: -data.sizes[key])[:2]
+    shown = [key for key in keys if key in long and data.sizes[key] > 1] or keys[:1]
+    others = [key for key in keys if key not in shown]
+    cases = list(itertools.product(*(range(data.sizes[key]) for key in others)))
+    if len(cases) > MOST_PANELS:
+        cases = [cases[i] for i in np.linspace(0, len(cases) - 1, MOST_PANELS).astype(int)]
+    columns = min(len(cases), 3)
+    rows = -(-len(cases) // columns)
+    with plots.style():
+        figure = plots.figure(plots.COLUMN if columns == 1 else plots.PAGE, 72.0 * rows)
+        panels = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
+        meshes = []
+        for axes, case in zip(panels, cases, strict=False):
+            part = data.isel(dict(zip(others, case, strict=True)))
+            meshes.append(diagram(axes, part, name))
+            if others:
+                axes.set_title(", ".join(_title(key, part[key].item()) for key in others))
+        for axes in panels[len(cases) :]:
+            axes.remove()
+        _legend(figure, [axes for axes, _ in zip(panels, cases, strict=False)], meshes, label_of(data[name]))
+    return figure
+
+
+def _title(key: str, value: object) -> str:
+    """A value of a key of which each panel has one."""
+    return f"{key.split('.')[-1]} = {value:.4g}" if isinstance(value, float) else f"{key.split('.')[-1]} = {value}"
+
+
+def _legend(figure: Any, panels: list[Any], meshes: list[Any], words: str) -> None:
+    """One legend for all panels, or the colour bar."""
+    found = [axes.get_legend_handles_labels() for axes in panels]
+    entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
+    if entries:
+        figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
+    if meshes[0] is not None:
+        low = min(np.nanmin(mesh.get_array()) for mesh in meshes)
+        high = max(np.nanmax(mesh.get_array()) for mesh in meshes)
+        for mesh in meshes:
+            mesh.set_clim(low, high)
+        figure.colorbar(meshes[0], ax=panels, label=words)

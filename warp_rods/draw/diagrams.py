@@ -1,7 +1,7 @@
 """Diagrams of studies: a measure over one swept key, or over two; functions ``(axes, data, name)``.
 
-``data``: results of a study whose dimensions are the swept keys drawn and ``seed``. Numbers are means over the seeds, words
-the commonest. Failed and lost points are crosses, points that had not settled are open.
+``data``: results of a study whose dimensions are the swept keys drawn and ``seed``. Numbers are means over the seeds,
+words the commonest. Failed and lost points are crosses, points that had not settled are open.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Which points a refinement adds: those within cells whose corners differ.
 
 A cell is between neighbours in the ranges. It is halved in every direction where a word, such as the class of the
-motion, differs along one of its edges, or a number by more than ``SHARE`` of the range of all. Cells stay those of a grid,
-so that the store has one labelled array; the library ``adaptive`` adds scattered points, a few at a time, by numbers alone.
+motion, differs along one of its edges, or a number by more than ``SHARE`` of the range of all. Cells stay those of a
+grid, so that the store has one labelled array; the library ``adaptive`` adds scattered points, a few at a time, by
+numbers alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The store of a study: one labelled Zarr store, ``xarray.open_zarr(path)``, written in regions as tasks finish.
 
 Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is
-written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that does
-the same again after a kill, meets whole chunks only. Different tasks of a level write different files.
+written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that
+does the same again after a kill, meets whole chunks only. Different tasks of a level write different files.
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ CHANGE = 0.05
 MOST = 0.9
 """Share of the rods of a point that must have settled."""
 SETTLED = (
-    f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by less "
-    f"than {CHANGE:.0%} from the third to the last quarter of the run, or filaments kept their place in its last fifth"
+    f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by "
+    f"less than {CHANGE:.0%} from the third to the last quarter of time, or filaments kept their place in a fifth"
 )
 
 
@@ -211,7 +211,7 @@ def _in_place(data: xr.Dataset) -> np.ndarray:
 
 
 def _steady_modes(data: xr.Dataset, quarters: list[np.ndarray]) -> np.ndarray:
-    """Whether the modes are as large in one quarter as in the other [rod]; straight rods must not bend more and more."""
+    """Whether the modes are as large in both quarters [rod]; straight rods must not bend more and more."""
     a = mode_coefficients(data, twist_free=True).transpose("frame", "rod", "component", "mode").to_numpy()
     before, after = (np.sqrt((a[frames] ** 2).mean(axis=0)).reshape(a.shape[1], -1) for frames in quarters)
     size, change = np.linalg.norm(after, axis=1), np.linalg.norm(after - before, axis=1)

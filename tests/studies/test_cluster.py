@@ -138,10 +138,10 @@ def fill(place: Path) -> None:
 def test_the_disk_becomes_full(disk, expected, how):
     folder = disk / "study"
     thread = when(folder, 2, lambda: fill(disk))
-    with pytest.raises(StorageError, match="No space left on the disk of .* run the same command again"):
+    with pytest.raises(StorageError, match=r"No space left on the disk of .* run the same command again"):
         wr.sweep(study_scene(), folder, device="cpu", **how)
     thread.join()
-    assert 0 < finished(folder)
+    assert finished(folder) > 0
     (disk / "filler").unlink()
     wr.sweep(study_scene(), folder, device="cpu", part=(1, 1))
     check(folder, expected)

@@ -31,7 +31,7 @@ MOST = 0.9
 """Share of the rods of a point that must have settled."""
 SETTLED = (
     f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by "
-    f"less than {CHANGE:.0%} from the third to the last quarter of the run; filaments kept their place in its last fifth"
+    f"less than {CHANGE:.0%} from the third to the last quarter of the run; filaments kept place in its last fifth"
 )
 
 

@@ -31,7 +31,7 @@ def test_results_are_labelled_and_read_by_xarray(tmp_path):
     points = [(3, 0, 1), (3, 2, 0)]
     values = {"state": [1, 2], "class": ["U", "flapping"], "speed": [0.5, np.nan], "modes": np.ones((2, 2, 3))}
     store.put((1, 0, 0), points, {k: np.array(v, dtype=object if k == "class" else None) for k, v in values.items()})
-    data = xr.open_zarr(store.path)
+    data = xr.open_zarr(store.path, chunks=None)
     assert data.attrs["title"] == "t" and data["speed"].attrs["units"] == "length/time"
     here = data.sel({"swimmers.cell.bend": plan.axes[0].values[3], "swimmers.cell.moment": 0.0, "seed": 1})
     assert here["class"].item() == "U" and here["speed"].item() == 0.5 and here["state"].item() == 1

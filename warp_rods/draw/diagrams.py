@@ -55,7 +55,7 @@ def _commonest(words: Iterable[str]) -> str:
 
 
 def _is_words(values: xr.DataArray) -> bool:
-    return values.dtype.kind in "UOT"
+    return values.dtype.kind in "UO"
 
 
 def classes_in(values: xr.DataArray) -> list[str]:
@@ -91,7 +91,7 @@ def _marks(data: xr.Dataset, values: xr.DataArray) -> Marks:
 def _places(data: xr.Dataset, key: str) -> tuple[np.ndarray, bool, list[str]]:
     """Where the values of a key are on its axis, whether it is logarithmic, and labels where they are no numbers."""
     values = data[key].to_numpy()
-    if values.dtype.kind in "UOT":
+    if values.dtype.kind in "UO":
         return np.arange(len(values), dtype=float), False, [str(value) for value in values]
     return values.astype(float), data[key].attrs.get("scale") == "log", []
 

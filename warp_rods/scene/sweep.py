@@ -105,16 +105,17 @@ def sweep_faults(raw: Mapping[str, Any]) -> Faults:
     found = []
     for key in keys:
         try:
-            located(raw, key)
+            located(raw, key, filled=False)
         except KeyError as why:
             found.append(fault(("sweep", key), key, f": {why.args[0]}"))
     return found
 
 
-def located(tables: Mapping[str, Any], key: str) -> Path:
+def located(tables: Mapping[str, Any], key: str, filled: bool = True) -> Path:
     """The path of a swept key in the tables of a scene; raises KeyError, which says what is wrong.
 
-    An ensemble is called by its name, an entry of a list by its number: ``filaments.sensors.intrinsic.1``.
+    An ensemble is called by its name, an entry of a list by its number: ``filaments.sensors.intrinsic.1``. filled:
+    whether the tables have their defaults; otherwise keys in a table that is left out are not looked at.
     """
     parts = key.split(".")
     head, path, here = parts[0], list[str | int](), tables
@@ -132,6 +133,8 @@ def located(tables: Mapping[str, Any], key: str) -> Path:
     for depth, part in enumerate(parts):
         step, last = _step(here, part), depth == len(parts) - 1
         inside = step in here if isinstance(here, dict) else isinstance(step, int) and step < len(here)
+        if not inside and not filled and path and isinstance(here, dict):
+            return tuple(path)
         if not inside and not (last and isinstance(here, dict)):
             known = ", ".join(here) if isinstance(here, dict) else f"0 to {len(here) - 1}"
             raise KeyError(

@@ -31,7 +31,7 @@ TASKS_EACH = 4
 """Tasks for each worker, at least, so that all end at about the same time."""
 MOST_TASKS = 20_000
 """Of a level of a study: each costs client, scheduler and disk some milliseconds, and about ten files."""
-MOST_RODS, MOST_BYTES = 4096, 2e8
+MOST_RODS, MOST_BYTES = 4096, 1.5e8
 """Rods of a batch, and bytes of its trajectory in memory, at most."""
 TRIED, BUDGET = 8, 3.0
 """Points with which times are estimated, and seconds for that."""

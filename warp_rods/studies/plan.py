@@ -14,7 +14,7 @@ import xarray as xr
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.sweep import ENSEMBLES, Path, SweepTable, located, replaced
-from warp_rods.studies.axes import SEED, Axis, axes_of
+from warp_rods.studies.axes import Axis, axes_of
 from warp_rods.studies.summaries import Summary, summary_of
 from warp_rods.values import plain, shown
 
@@ -82,7 +82,13 @@ class Plan:
     @cached_property
     def paths(self) -> tuple[Path, ...]:
         """Where the swept keys are in the tables."""
-        return tuple(located(self.tables, axis.key) for axis in self.axes if axis.key != SEED)
+        found = []
+        for axis in self.axes[:-1]:
+            try:
+                found.append(located(self.tables, axis.key))
+            except KeyError as why:
+                raise SceneError(f'sweep."{axis.key}": {why.args[0]}') from None
+        return tuple(found)
 
     @property
     def shape(self) -> tuple[int, ...]:

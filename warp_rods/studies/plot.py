@@ -31,6 +31,10 @@ def plot_study(folder: str | Path) -> list[Path]:
     if not path.exists():
         raise RunFolderError(f"There is no study in {folder}: {STORE} is missing")
     data = xr.open_zarr(path, chunks=None).load()
+    texts = {name: v.astype(object) for name, v in data.variables.items() if v.dtype.kind not in "fiub"}
+    data = data.assign({name: v for name, v in texts.items() if name in data.data_vars}).assign_coords(
+        {name: v for name, v in texts.items() if name in data.coords}
+    )
     if not (data["state"] == 1).any():
         raise RunFolderError(f"{folder}: no point is computed yet, so that there is nothing to draw")
     names = [str(n) for n in data.data_vars if n not in OWN and data[n].dims == data["state"].dims]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import xarray as xr
@@ -14,34 +14,42 @@ from warp_rods.simulation.loop import Simulation
 
 __all__ = ["Record", "bytes_of_a_rod", "still"]
 
-Frame = Mapping[str, np.ndarray]
+Frames = Mapping[str, np.ndarray]
+"""Variables of an ensemble, [frame, …] where they change."""
 
 
 class Record:
     """The frames of a simulation, of which it keeps the ``wanted`` variables; made before the simulation advances."""
 
     def __init__(self, simulation: Simulation, wanted: Collection[str]):
-        self._simulation, self._wanted = simulation, wanted
-        self._times: list[float] = []
-        self._frames: dict[str, list[Frame]] = {name: [] for name in simulation.ensembles}
+        self._simulation, self._wanted, self._count = simulation, wanted, 0
+        self._frames: dict[str, dict[str, np.ndarray]] = {name: {} for name in simulation.ensembles}
         simulation.attach(EveryFrame(), self._keep)
 
     def _keep(self, simulation: Simulation) -> None:
-        self._times.append(simulation.time)
         for name, frame in simulation.variables().items():
-            saved = simulation.ensembles[name].saved
-            kept = {key: np.asarray(value, saved[key].dtype) for key, value in frame.items() if key in self._wanted}
-            self._frames[name].append(kept)
+            saved, kept = simulation.ensembles[name].saved, self._frames[name]
+            for key, value in frame.items():
+                if key in self._wanted:
+                    if self._count == 0:
+                        kept[key] = np.empty((len(simulation.frames.times), *value.shape), saved[key].dtype)
+                    kept[key][self._count] = value
+        self._count += 1
 
     def data(self) -> xr.DataTree:
         """The trajectory so far: one group for each ensemble."""
-        return _tree(self._simulation, self._times, self._frames)
+        frames = {name: {key: v[: self._count] for key, v in kept.items()} for name, kept in self._frames.items()}
+        return _tree(self._simulation, self._simulation.frames.times[: self._count], frames)
 
 
 def still(simulation: Simulation) -> xr.DataTree:
     """A trajectory of the shape of a whole run in which nothing moves."""
-    times = simulation.frames.times.tolist()
-    return _tree(simulation, times, {name: [frame] * len(times) for name, frame in simulation.variables().items()})
+    times = simulation.frames.times
+    frames = {
+        name: {key: np.broadcast_to(value, (len(times), *value.shape)) for key, value in frame.items()}
+        for name, frame in simulation.variables().items()
+    }
+    return _tree(simulation, times, frames)
 
 
 def bytes_of_a_rod(simulation: Simulation, wanted: Collection[str]) -> float:
@@ -55,7 +63,7 @@ def bytes_of_a_rod(simulation: Simulation, wanted: Collection[str]) -> float:
     return total * len(simulation.frames.times) / simulation.rods
 
 
-def _tree(simulation: Simulation, times: Sequence[float], frames: Mapping[str, Sequence[Frame]]) -> xr.DataTree:
+def _tree(simulation: Simulation, times: np.ndarray, frames: Mapping[str, Frames]) -> xr.DataTree:
     period = np.array(simulation.scene.period)
     space = {"period": np.where(period > 0, period, np.inf)}
     return xr.DataTree.from_dict(
@@ -63,12 +71,12 @@ def _tree(simulation: Simulation, times: Sequence[float], frames: Mapping[str, S
     )
 
 
-def _dataset(ensemble: Ensemble, times: Sequence[float], frames: Sequence[Frame], static: Frame) -> xr.Dataset:
+def _dataset(ensemble: Ensemble, times: np.ndarray, frames: Frames, static: Frames) -> xr.Dataset:
     """The variables of an ensemble with their dimensions, labels and attributes."""
-    rows = {key: (ensemble.saved[key], np.stack([frame[key] for frame in frames])) for key in frames[0]}
+    rows = {key: (ensemble.saved[key], values) for key, values in frames.items()}
     nodes = (ensemble.nodes - 1) // ensemble.stride + 1
     rows |= {key: (static_variable(key, value.ndim), value) for key, value in static.items()}
-    rows |= {"time": (TIME, np.array(times)), "s": (ARC, np.linspace(-0.5, 0.5, nodes))}
+    rows |= {"time": (TIME, times), "s": (ARC, np.linspace(-0.5, 0.5, nodes))}
     variables = {key: (row.dims, value, row.attributes) for key, (row, value) in rows.items()}
     labels = {dim: list(names) for row, _ in rows.values() for dim, names in row.labels.items()}
     return xr.Dataset(variables, coords=labels).set_coords(["time", "s"])

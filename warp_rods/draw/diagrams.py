@@ -22,6 +22,8 @@ __all__ = ["SEED", "classes_in", "colour_of", "diagram"]
 
 SEED = "seed"
 COMPUTED = 1
+FEW_DECADES = 30.0
+"""Ratio of the ends of a logarithmic axis up to which numbers between powers of ten are written."""
 GREY = "0.75"
 KNOWN = dict(zip(CLASSES, OKABE_ITO, strict=False)) | {"irregular": GREY}
 """Colours of the classes of motion; other words get those that are left."""
@@ -100,8 +102,7 @@ def _set_axis(axis: Any, data: xr.Dataset, key: str) -> None:
     """Scale, ticks and label of an axis."""
     places, log, labels = _places(data, key)
     axis.set_label_text(key)
-    if log:
-        axis._set_axes_scale("log") if hasattr(axis, "_set_axes_scale") else None
+    if log and max(places) < FEW_DECADES * min(places):
         plain_numbers(axis)
     if labels:
         axis.set_ticks(places, labels)
@@ -133,10 +134,9 @@ def _words_on_a_line(axes: Any, data: xr.Dataset, values: xr.DataArray, key: str
     words, marks = classes_in(values), _marks(data, values)
     given = values.to_numpy().astype(str)
     rows = np.array([words.index(word) if word in words else len(words) for word in given], dtype=float)
-    for number, word in enumerate(words):
+    for word in words:
         here = (given == word) & marks.computed
         axes.plot(places[here], rows[here], "s", color=colour_of(word, words), markersize=5)
-        assert number >= 0
     _points(axes, marks, places, rows, size=1.5)
     axes.set_yticks(range(len(words)), words)
     axes.set_ylim(-0.5, max(len(words) - 0.5, 0.5))

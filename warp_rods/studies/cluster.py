@@ -58,7 +58,7 @@ def connected(scheduler: str | None, workers: int, device: str) -> Iterator[Any]
     from distributed import Client, LocalCluster
 
     with contextlib.ExitStack() as held:
-        held.enter_context(dask.config.set({"distributed.worker.daemon": True, "distributed.admin.tick.limit": "1h"}))
+        held.enter_context(dask.config.set({"distributed.admin.tick.limit": "1h"}))  # a step may take long
         if scheduler is None:
             scheduler = held.enter_context(
                 LocalCluster(
@@ -132,18 +132,21 @@ def work(folder: str, task: Task, device: str, version: str) -> Outcome:
 
 
 def run_on(
-    client: Any, folder: str, tasks: Iterable[Task], device: str, version: str, tell: Callable[[Task, Outcome], None]
-) -> None:
-    """Do the tasks on a cluster; ``tell`` is called when one has ended, for good.
+    client: Any, folder: str, tasks: Iterable[Task], device: str, version: str,
+    tell: Callable[[Task, Outcome], None], say: Callable[[str], None] = lambda line: None,
+) -> None:  # fmt: skip
+    """Do the tasks on a cluster; ``tell`` is called when one has ended, for good, ``say`` with lines for the user.
 
     A point that fails is tried once more, if possible by another worker, then recorded as failed. Raises SchedulerLost,
     and OSError where the store cannot be written, after nothing more was submitted.
     """
     running, left, longest = _Running(client, folder, device, version), iter(tasks), 0.0
-    more, room, looked = True, 0, -TICK
+    more, room, looked = True, 1, -TICK
     while more or running.futures:
         if time.monotonic() - looked > TICK:
-            looked, room = time.monotonic(), EACH * _workers(client)
+            looked, room, before = time.monotonic(), EACH * _workers(client), room
+            if room == 0 and before:
+                say("there are no workers: waiting for some to join the scheduler")
         while more and len(running.futures) < room:
             task = next(left, None)
             if task is None:

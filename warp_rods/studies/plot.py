@@ -17,6 +17,8 @@ from warp_rods.studies.store import OWN, STORE
 
 __all__ = ["plot_study"]
 
+WIDTH = 110.0
+"""Of a figure with one panel, mm."""
 MOST_PANELS = 9
 """Of a study with more than two keys, values of the others for which there is a panel."""
 
@@ -53,7 +55,7 @@ def figure_of(data: xr.Dataset, name: str) -> Any:
     columns = min(len(cases), 3)
     rows = -(-len(cases) // columns)
     with plots.style():
-        figure = plots.figure(plots.COLUMN if columns == 1 else plots.PAGE, 72.0 * rows)
+        figure = plots.figure(WIDTH if columns == 1 else plots.PAGE, 80.0 * rows)
         panels = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
         meshes = []
         for axes, case in zip(panels, cases, strict=False):

@@ -90,8 +90,8 @@ def sweep(
     _check(part, scheduler, workers, overwrite)
     check_writable(folder, "out")
     _ = plan.sweep, plan.paths, plan.wanted
-    device = devices.choose(device)
-    count = workers or (part[1] if part else _processes(device))
+    places = _places(device)
+    count = workers or (part[1] if part else _processes(places))
     said: list[str] = []
     tell = _teller(said, console)
     folder.mkdir(parents=True, exist_ok=True)
@@ -99,10 +99,10 @@ def sweep(
     _hold(lock, folder, part)
     try:
         with waiting("compiling kernels (once on a machine, then cached) and estimating times", console):
-            store, lines = begin(plan, folder, device, count, overwrite)
+            store, lines = begin(plan, folder, places[0], count, overwrite)
         for line in [f"{plan.size} into {folder / STORE}", *lines]:
             tell(line)
-        _levels(plan, store, folder, tell, console, device, scheduler, count, part)
+        _levels(plan, store, folder, tell, console, ",".join(places), scheduler, count, part)
     except OSError as fault:
         raise _storage(fault, folder) from None
     except (KeyboardInterrupt, Interrupted):
@@ -141,10 +141,17 @@ def _check(part: Any, scheduler: str | None, workers: int | None, overwrite: boo
         cluster.require()
 
 
-def _processes(device: str) -> int:
-    """How many processes use this machine: one for each device, or core."""
-    cuda = [one for one in devices.known() if one.is_cuda]
-    return max(len(cuda), 1) if device.startswith("cuda") else devices.cores()
+def _places(device: str | None) -> list[str]:
+    """The devices that processes use in turn: the one that is asked for, or every GPU, or the CPU."""
+    chosen = devices.choose(device)
+    if device in (None, "auto") and chosen.startswith("cuda"):
+        return [one.alias for one in devices.known() if one.is_cuda]
+    return [chosen]
+
+
+def _processes(places: list[str]) -> int:
+    """How many processes use this machine: one for each GPU, or for each core."""
+    return len(places) if places[0].startswith("cuda") else devices.cores()
 
 
 def _hold(lock: FileLock, folder: Path, part: Any) -> None:
@@ -175,7 +182,7 @@ def _levels(
     dask = part is None and cluster.available()
     if part is None and not dask:
         tell(f"Dask is not installed, so one core does all tasks in turn; for all cores: {cluster.INSTALL}")
-    engine = _Dask(scheduler, workers, device) if dask else None
+    engine = _Dask(scheduler, workers, device, tell) if dask else None
     try:
         for level, mask in levels(plan, store):
             states = store.states()
@@ -193,8 +200,8 @@ def _levels(
 class _Dask:
     """A connection to a cluster, which is made when there is something to do."""
 
-    def __init__(self, scheduler: str | None, workers: int, device: str):
-        self._scheduler, self._workers, self._device = scheduler, workers, device
+    def __init__(self, scheduler: str | None, workers: int, device: str, say: Callable[[str], None]):
+        self._scheduler, self._workers, self._device, self._say = scheduler, workers, device, say
         self._context: Any = None
         self._client: Any = None
 
@@ -202,7 +209,7 @@ class _Dask:
         if self._client is None:
             self._context = cluster.connected(self._scheduler, min(self._workers, max(len(tasks), 1)), self._device)
             self._client = self._context.__enter__()
-        cluster.run_on(self._client, str(folder.resolve()), tasks, self._device, __version__, tell)
+        cluster.run_on(self._client, str(folder.resolve()), tasks, self._device, __version__, tell, self._say)
 
     def close(self) -> None:
         if self._context is not None:
@@ -223,7 +230,7 @@ def _do(tasks: list[Task], folder: Path, console: Console, device: str, engine: 
             bar.update(done, f"{done} of {total} points{bad}, {speed:.3g} points/s")
 
         if engine is None:
-            run_here(str(folder.resolve()), tasks, device, tell)
+            run_here(str(folder.resolve()), tasks, device.split(",")[0], tell)
         else:
             engine.run(tasks, folder, tell)
 

@@ -13,8 +13,9 @@ import numpy as np
 import psutil
 
 from warp_rods.scene.scene import Scene
+from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Column, Plan
-from warp_rods.studies.store import OWN, Store
+from warp_rods.studies.store import OWN
 
 EACH_PROCESS = 100
 CELL = {"name": "cell", "count": 1, "nodes": 17, "bend": 1e-3, "twist": 1e-3}
@@ -98,7 +99,7 @@ def store(tasks: int) -> tuple[float, float]:
     columns = [Column("class", text=True), Column("speed"), Column("period"), Column("modes", ("c", "m"), (2, 6))]
     with tempfile.TemporaryDirectory() as folder:
         own = [name for name in OWN if name != "trajectory"]
-        made = Store.create(Path(folder) / "s", plan.axes, columns, (50, 1), own, {}, {})
+        made = create(Path(folder) / "s", plan.axes, columns, (50, 1), own, {}, {})
         values = {"state": np.ones(50, np.int8), "speed": np.ones(50), "modes": np.ones((50, 2, 6))}
         before, begun = time.process_time(), time.perf_counter()
         for task in range(tasks):

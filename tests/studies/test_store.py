@@ -1,6 +1,7 @@
 """The store of a study: labels, regions, whole files, what is left of a kill, and which points a refinement adds."""
 
 import os
+import threading
 import time
 
 import numpy as np
@@ -9,6 +10,7 @@ import xarray as xr
 from examples.study import cells
 
 from warp_rods.errors import RunFolderError
+from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Column, Plan
 from warp_rods.studies.refine import added, levels
 from warp_rods.studies.store import OWN, STORE, Store
@@ -20,7 +22,7 @@ OF_ALL = [name for name in OWN if name != "trajectory"]
 
 
 def store_of(plan: Plan, folder, chunk) -> Store:
-    return Store.create(folder / STORE, plan.axes, COLUMNS, chunk, OF_ALL, {"title": "t"}, {})
+    return create(folder / STORE, plan.axes, COLUMNS, chunk, OF_ALL, {"title": "t"}, {})
 
 
 def test_results_are_labelled_and_read_by_xarray(tmp_path):
@@ -73,6 +75,29 @@ def test_a_chunk_without_its_state_or_damaged_is_computed_again(tmp_path):
     os.utime(old, (time.time() - 3600,) * 2)
     store.clear_leftovers()
     assert new.exists() and not old.exists()
+
+
+def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path):
+    """Each adds points in its order, and a mark that was left by a kill is passed over."""
+    plan = Plan(cells())
+    store = store_of(plan, tmp_path, plan.shape)
+    places = [tuple(map(int, p)) for p in np.argwhere(plan.first())]
+    mark = tmp_path / f".{STORE}.0.0.0.writing"
+    mark.touch()
+    os.utime(mark, (time.time() - 3600,) * 2)
+
+    def work(points) -> None:
+        for point in points:
+            one = {"state": np.ones(1, np.int8), "speed": np.array([float(sum(point))])}
+            store.put((0, 0, 0), [point], one)
+
+    threads = [threading.Thread(target=work, args=(order,)) for order in (places[:14], places[::-1][:14])]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert (store.states() == 1).all() and not mark.exists()
+    np.testing.assert_array_equal(store.whole("speed"), np.indices(plan.shape).sum(axis=0))
 
 
 @pytest.mark.parametrize("measure", ["class", "speed"])

@@ -16,6 +16,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
+from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan, columns_of
 from warp_rods.studies.points import assumes, measured
 from warp_rods.studies.record import Record, bytes_of_a_rod, still
@@ -36,7 +37,7 @@ MOST_RODS, MOST_BYTES = 4096, 1.5e8
 TRIED, BUDGET = 8, 3.0
 """Points with which times are estimated, and seconds for that."""
 FEWEST = 64
-"""Points of a batch, where there are as many: fewer take as long, as 8 rods are stepped and 64 measured together."""
+"""Rods of a batch, where there are as many: fewer take as long, as 8 are stepped and 64 measured together."""
 
 
 def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
@@ -111,7 +112,8 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
     if not reason:
         fits = MOST_BYTES / max(bytes_of_a_rod(simulation, plan.needs) * rods, 1.0)
         together = max(1, int(min(MOST_RODS / rods, fits)))
-    chunk = _chunk(plan, _points_in_a_task(plan, seconds, workers, together))
+    fewest = math.ceil(FEWEST / rods) if together else 1
+    chunk = _chunk(plan, _points_in_a_task(plan, seconds, workers, fewest, together or math.inf))
     folder.mkdir(parents=True, exist_ok=True)
     replace_file(folder / SCENE, plan.scene.to_toml().encode(), durable=True)
     attributes = {
@@ -120,7 +122,7 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
     }  # fmt: skip
     own = ["settled", "lost", "message", *(["trajectory"] if plan.sweep.keep == "trajectory" else []), "state"]
     columns = columns_of(found, assumes(plan, found))
-    store = Store.create(folder / STORE, plan.axes, columns, chunk, own, attributes, {"settled": {"comment": SETTLED}})
+    store = create(folder / STORE, plan.axes, columns, chunk, own, attributes, {"settled": {"comment": SETTLED}})
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
     return store, [f"points are {how}; about {seconds:.2g} s of one core for each"]
 
@@ -158,13 +160,11 @@ def _tried(simulation: Simulation) -> float:
     return spent + (left * (spent - before) / (now - since) if now > since else 0.0)
 
 
-def _points_in_a_task(plan: Plan, seconds: float, workers: int, together: int) -> int:
+def _points_in_a_task(plan: Plan, seconds: float, workers: int, fewest: int, most: float) -> int:
     """How many of the first points a task has: some seconds' worth, but so many tasks that all workers have some."""
     total = plan.first_points
-    wanted = SECONDS / max(seconds, 1e-6)
-    wanted = min(wanted, total / (TASKS_EACH * workers), together or math.inf)
-    if together:
-        wanted = max(wanted, min(FEWEST, total / workers))
+    wanted = min(SECONDS / max(seconds, 1e-6), total / (TASKS_EACH * workers), most)
+    wanted = max(wanted, min(fewest, total / workers))
     return max(1, math.ceil(max(wanted, total / MOST_TASKS)))
 
 

@@ -2,11 +2,13 @@
 
 Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is
 written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that
-does the same again after a kill, meets whole chunks only. Different tasks of a level write different files.
+does the same again after a kill, meets whole chunks only. Tasks of a level write different files; where two do
+the same task, one writes at a time.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -28,15 +30,8 @@ from warp_rods.simulation.chunks import crc
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.zarr_format import (
     METADATA,
-    TEXT,
     text_chunk,
-    write_array,
-    write_group,
-    write_labels,
-    write_values,
 )
-from warp_rods.studies.axes import SEED, Axis
-from warp_rods.studies.plan import Column
 
 __all__ = ["STORE", "Store"]
 
@@ -52,46 +47,17 @@ OWN = {
     "trajectory": ("string", "", {"long_name": "the folder of the run of the point"}),
 }  # fmt: skip
 """What every study has at each point: type, fill value, attributes."""
+STALE = 30.0
+"""Seconds after which the mark of a process that writes is that of one that was killed; writing takes 0.1 s."""
 OLD = 600.0
 """Seconds after which a temporary file is a leftover of a process that was killed."""
 
 
 @dataclass(frozen=True)
 class Store:
-    """A store at ``path``: ``create`` it, or ``open`` one."""
+    """A store at ``path``, which ``new_store.create`` made."""
 
     path: Path
-
-    @classmethod
-    def create(
-        cls, path: Path, axes: Sequence[Axis], columns: Sequence[Column], chunk: Sequence[int],
-        own: Sequence[str], attributes: Mapping[str, Any], explained: Mapping[str, Mapping[str, Any]],
-    ) -> Store:  # fmt: skip
-        """A store that appears as a whole. Where another process was faster, its store, which may have other chunks."""
-        new = path.with_name(f".{path.name}.{_process()}.new")
-        shutil.rmtree(new, ignore_errors=True)
-        write_group(new, attributes)
-        shape, dims = tuple(map(len, axes)), tuple(axis.key for axis in axes)
-        for axis in axes:
-            _write_axis(new / axis.key, axis)
-        for name, labels in {dim: v for column in columns for dim, v in column.labels.items()}.items():
-            _write_labels(new / name, name, labels)
-        for name in own:
-            dtype, fill, said = OWN[name]
-            _write_empty(new / name, shape, dtype, fill, dims, {**said, **explained.get(name, {})}, chunk)
-        for column in columns:
-            dtype, fill = ("string", "") if column.text else ("float64", math.nan)
-            whole = (*shape, *column.shape)
-            chunks = (*chunk, *column.shape)
-            _write_empty(new / column.name, whole, dtype, fill, (*dims, *column.dims), column.attributes, chunks)
-        _consolidate(new)
-        try:
-            new.rename(path)
-        except OSError:
-            shutil.rmtree(new, ignore_errors=True)
-            if not (path / METADATA).exists():
-                raise
-        return cls(path)
 
     # --- what there is -------------------------------------------------------------------------------------------
 
@@ -177,11 +143,33 @@ class Store:
     def put(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray]) -> None:
         """Write values [point, …] at points of a chunk, whose other points keep theirs; raises OSError."""
         inside = tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
-        for name in self.variables:
-            whole = self._read(name, chunk)
-            if name in values:
-                whole[inside] = values[name]
-            replace_file(self._file(name, chunk), self._encoded(name, whole), self._partial(), durable=True)
+        with self._alone(chunk):
+            for name in self.variables:
+                whole = self._read(name, chunk)
+                if name in values:
+                    whole[inside] = values[name]
+                replace_file(self._file(name, chunk), self._encoded(name, whole), self._partial(), durable=True)
+
+    @contextlib.contextmanager
+    def _alone(self, chunk: Sequence[int]) -> Iterator[None]:
+        """Nobody else writes to a chunk: two processes may do the same task, point by point.
+
+        A file marks it, as locks of file systems that several machines see cannot be relied on.
+        """
+        mark = self.path.with_name(f".{self.path.name}.{'.'.join(map(str, chunk))}.writing")
+        while True:
+            try:
+                os.close(os.open(mark, os.O_CREAT | os.O_EXCL))
+                break
+            except FileExistsError:
+                with contextlib.suppress(FileNotFoundError):
+                    if time.time() - mark.stat().st_mtime > STALE:
+                        mark.unlink()
+                time.sleep(0.02)
+        try:
+            yield
+        finally:
+            mark.unlink(missing_ok=True)
 
     def _file(self, name: str, chunk: Sequence[int]) -> Path:
         further = len(self._nodes[name]["shape"]) - len(chunk)
@@ -211,7 +199,7 @@ class Store:
 
     def _partial(self) -> Path:
         """A temporary name that no other process uses."""
-        return self.path.with_name(f".{self.path.name}.{_process()}-{threading.get_ident()}.partial")
+        return self.path.with_name(f".{self.path.name}.{this_process()}-{threading.get_ident()}.partial")
 
     def clear_leftovers(self) -> None:
         """Remove temporary files of processes that were killed."""
@@ -220,7 +208,8 @@ class Store:
                 shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink(missing_ok=True)
 
 
-def _process() -> str:
+def this_process() -> str:
+    """A name that no other process has, on any machine."""
     return f"{socket.gethostname()}-{os.getpid()}"
 
 
@@ -236,35 +225,3 @@ def _texts(data: bytes) -> list[str]:
         found.append(data[at + 4 : at + 4 + size].decode())
         at += 4 + size
     return found
-
-
-def _write_axis(folder: Path, axis: Axis) -> None:
-    labels = axis.labels
-    said = {"scale": axis.scale, "first_points": f"every {axis.stride}"} if axis.key != SEED else {"long_name": "seed"}
-    if labels.dtype == object:
-        write_labels(folder, [str(label) for label in labels], said)
-    else:
-        write_values(folder, labels, (axis.key,), said)
-
-
-def _write_labels(folder: Path, name: str, labels: Sequence[Any]) -> None:
-    if all(isinstance(label, (int, float)) for label in labels):
-        write_values(folder, np.array(labels), (name,), {})
-    else:
-        write_labels(folder, [str(label) for label in labels])
-
-
-def _write_empty(
-    folder: Path, shape: Sequence[int], dtype: str, fill: Any, dims: Sequence[str], attributes: Mapping[str, Any],
-    chunk: Sequence[int],
-) -> None:  # fmt: skip
-    more = {"codecs": TEXT} if dtype == "string" else {}
-    write_array(folder, shape, dtype, fill, dims, attributes, file_shape=chunk, **more)
-
-
-def _consolidate(folder: Path) -> None:
-    """Put the metadata of all arrays into the root."""
-    nodes = {file.parent.name: json.loads(file.read_bytes()) for file in sorted(folder.glob(f"*/{METADATA}"))}
-    root = json.loads((folder / METADATA).read_bytes())
-    root["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": nodes}
-    replace_file(folder / METADATA, json.dumps(root).encode())

@@ -86,7 +86,9 @@ def test_a_worker_of_two_is_killed(tmp_path, expected):
     check(folder, expected)
 
 
-def client(folder: Path, *, scheduler: str | None = None, part: str = "") -> subprocess.Popen:
+def client(
+    folder: Path, *, scheduler: str | None = None, part: str = "", host: tuple[str, ...] = ()
+) -> subprocess.Popen:
     """A process that does a study, as the command line does, with small tasks."""
     how = f"scheduler={scheduler!r}" if scheduler else part
     code = (
@@ -94,7 +96,9 @@ def client(folder: Path, *, scheduler: str | None = None, part: str = "") -> sub
         "from test_cluster import study_scene, begin, wr\nbegin.FEWEST, begin.SECONDS = 1, 0.1\n"
         f"if __name__ == '__main__': wr.sweep(study_scene(), {str(folder)!r}, device='cpu', {how})\n"
     )
-    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    return subprocess.Popen(
+        [*host, sys.executable, "-c", code], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
 
 
 def test_the_client_is_killed_and_started_again(tmp_path, expected):
@@ -151,20 +155,20 @@ def test_the_disk_becomes_full(disk, expected, how):
 
 
 class Cluster:
-    """`dask scheduler` and `dask worker` as processes of their own."""
+    """`dask scheduler` and `dask worker` as processes of their own, each on a host, a command before theirs."""
 
-    def __init__(self, count: int):
-        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        self.address = self._said(self.scheduler, r"(tcp://127\.0\.0\.1:\d+)")
-        self.workers = [self.worker() for _ in range(count)]
+    def __init__(self, count: int, ip: str = "127.0.0.1", hosts: tuple[tuple[str, ...], ...] = ((),)):
+        self.scheduler = self._start(hosts[0], "scheduler", "--host", ip, "--port", "0", "--no-dashboard")
+        self.address = self._said(self.scheduler, rf"(tcp://{re.escape(ip)}:\d+)")
+        self.workers = [self.worker(hosts[number % len(hosts)]) for number in range(count)]
 
-    def worker(self) -> subprocess.Popen:
-        started = self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+    def worker(self, host: tuple[str, ...] = ()) -> subprocess.Popen:
+        started = self._start(host, "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
         self._said(started, "Registered to")
         return started
 
-    def _start(self, *arguments: str) -> subprocess.Popen:
-        command = [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
+    def _start(self, host: tuple[str, ...], *arguments: str) -> subprocess.Popen:
+        command = [*host, sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
         return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
 
     def _said(self, process: subprocess.Popen, pattern: str) -> str:
@@ -219,6 +223,40 @@ def test_the_task_of_a_stuck_worker_is_done_by_another(outside, tmp_path, expect
     study = wr.sweep(study_scene(), folder, device="cpu", scheduler=outside.address)
     thread.join()
     assert study.left == 0
+    check(folder, expected)
+
+
+@pytest.fixture
+def two_hosts():
+    """Two network namespaces with a cable between them; making them needs the rights of root."""
+    names = ("rods-one", "rods-two")
+
+    def ip(command: str) -> int:
+        return subprocess.run(["ip", *command.split()], capture_output=True).returncode
+
+    if any(ip(f"netns add {name}") for name in names):
+        pytest.skip("no network namespace can be made here")
+    ip(f"link add rods-a netns {names[0]} type veth peer name rods-b netns {names[1]}")
+    for number, (name, end) in enumerate(zip(names, ("rods-a", "rods-b"), strict=True), 1):
+        ip(f"-n {name} addr add 10.77.0.{number}/24 dev {end}")
+        ip(f"-n {name} link set {end} up")
+        ip(f"-n {name} link set lo up")
+    yield tuple(("ip", "netns", "exec", name) for name in names)
+    for name in names:
+        ip(f"netns delete {name}")
+
+
+@pytest.mark.long
+def test_workers_on_two_hosts(two_hosts, tmp_path, expected):
+    """Scheduler and client on one, a worker on each, which see each other over the network alone."""
+    folder = tmp_path / "study"
+    made = Cluster(2, "10.77.0.1", two_hosts)
+    try:
+        process = client(folder, scheduler=made.address, host=two_hosts[0])
+        _, said = process.communicate(timeout=600)
+    finally:
+        made.close()
+    assert process.returncode == 0, said
     check(folder, expected)
 
 

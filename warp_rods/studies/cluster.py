@@ -62,7 +62,7 @@ def connected(scheduler: str | None, workers: int, device: str) -> Iterator[Any]
         if scheduler is None:
             scheduler = held.enter_context(
                 LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
+                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
                     silence_logs=50, memory_limit=0,
                 )
             )  # fmt: skip

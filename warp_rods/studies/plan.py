@@ -15,7 +15,7 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.sweep import ENSEMBLES, Path, SweepTable, located, replaced
 from warp_rods.studies.axes import Axis, axes_of
-from warp_rods.studies.summaries import Summary, summary_of
+from warp_rods.studies.summaries import OF_SETTLED, Summary, summary_of
 from warp_rods.values import plain, shown
 
 __all__ = ["Column", "Plan", "Wanted"]
@@ -184,9 +184,8 @@ class Plan:
     @cached_property
     def needs(self) -> set[str]:
         """Variables of the trajectory that the measures need."""
-        return {"status", "strain", "position", "activity", "gauss", "length"}.union(
-            *(w.variables for w in self.wanted)
-        )
+        kinds = [kind for kind in ENSEMBLES if getattr(self.scene, kind)]
+        return {"status"}.union(*(w.variables for w in self.wanted), *(OF_SETTLED[kind] for kind in kinds))
 
 
 def check_study(path: str | FilePath) -> str:

@@ -12,7 +12,6 @@ import xarray as xr
 from warp_rods.errors import RodFailure, WarpRodsError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
-from warp_rods.simulation.losses import in_all
 from warp_rods.simulation.storage import StorageError
 from warp_rods.studies.batches import batch_tables
 from warp_rods.studies.plan import Index, Plan
@@ -44,17 +43,18 @@ def as_rods(plan: Plan, points: Sequence[Index], device: str) -> Results:
     counts = _lost_rods(simulation, len(points))
     stops = plan.scene.on_failure == "stop"
     found = _results(plan, list(points), record.data(), simulation.surfaces["surface"], counts, stops)
-    for point, text in _losses(simulation, len(points)):
-        found.values["message"][point] = "; ".join(filter(None, (found.values["message"][point], text)))
+    found.values["message"][:] = _losses(simulation, len(points))
     return found
 
 
-def _losses(simulation: Simulation, points: int) -> Iterator[tuple[int, str]]:
-    """The points that lost rods, and what happened to each rod."""
+def _losses(simulation: Simulation, points: int) -> list[str]:
+    """What happened to the rods that each point has lost."""
+    said: list[list[str]] = [[] for _ in range(points)]
     for name, ensemble in simulation.ensembles.items():
         for failure in ensemble.failures():
             point, rod = divmod(failure.rod, ensemble.count // points)
-            yield point, f"{name}: rod {rod} {failure.what} at t = {failure.time:.6g}"
+            said[point].append(f"{name}: rod {rod} {failure.what} at t = {failure.time:.6g}")
+    return ["; ".join(lines) for lines in said]
 
 
 def each_alone(
@@ -76,7 +76,7 @@ def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Result
     if folder is not None:
         return _run(plan, point, scene, device, folder / name_of(point))
     simulation = Simulation(scene, device)
-    record, said = Record(simulation, plan.needs), ""
+    record = Record(simulation, plan.needs)
     try:
         for _ in simulation.advance():
             if stops and simulation.frozen:
@@ -84,7 +84,7 @@ def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Result
             simulation.new_failures()
     except RodFailure:
         pass  # what was lost is in the data
-    said = "; ".join([*in_all(simulation.ensembles), *simulation.new_warnings()])
+    said = "; ".join([*filter(None, _losses(simulation, 1)), *simulation.new_warnings()])
     counts = _lost_rods(simulation, 1)
     found = _results(plan, [point], record.data(), simulation.surfaces["surface"], counts, stops)
     found.values["message"][0] = said

@@ -33,6 +33,12 @@ SETTLED = (
     f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by "
     f"less than {CHANGE:.0%} from the third to the last quarter of the run; filaments kept place in its last fifth"
 )
+OF_SETTLED = {
+    "filaments": {"gauss", "position", "length"},
+    "swimmers": {"strain", "activity"},
+    "cosserat": {"strain"},
+}
+"""Variables with which that is told, by the kind of rods."""
 
 
 def _late_rms(found: xr.DataArray) -> xr.DataArray:

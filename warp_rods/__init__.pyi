@@ -26,7 +26,8 @@ from .simulation.loop import Simulation
 from .simulation.reading import open_run
 from .simulation.runner import Run
 from .simulation.storage import StorageError
-from .studies.sweep import Study, sweep
+from .studies.study import Study
+from .studies.sweep import sweep
 from .theory import buckling, continuation, stability, steady
 from .workflow import run
 

@@ -52,7 +52,6 @@ def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) 
     ours = (SCENE, STORE, TRAJECTORIES)  # another part may be making them
     if folder.exists() and any(not file.name.startswith(".") and file.name not in ours for file in folder.iterdir()):
         raise RunFolderError(f"{folder} holds something that is not a study: give another --out")
-    plan.check()
     return _created(plan, folder, device, workers)
 
 

@@ -48,7 +48,7 @@ def require() -> None:
 
 
 @contextlib.contextmanager
-def connected(scheduler: str | None, workers: int, device: str) -> Iterator[Any]:
+def connected(scheduler: str | None, workers: int) -> Iterator[Any]:
     """A client of the scheduler at an address, or of a cluster of ``workers`` processes with one thread each here.
 
     Raises SceneError where there is no scheduler at the address.

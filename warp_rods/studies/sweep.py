@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,6 @@ from filelock import FileLock, Timeout
 
 from warp_rods import __version__, arguments
 from warp_rods import device as devices
-from warp_rods.documented import Documented
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.progress import Bar, waiting
 from warp_rods.scene.scene import Scene
@@ -24,43 +25,17 @@ from warp_rods.studies.begin import begin
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.serial import run_here, share
+from warp_rods.studies.status import counts
 from warp_rods.studies.store import STORE, Store
+from warp_rods.studies.study import Study
 from warp_rods.studies.tasks import Outcome, Task, tasks_of
 
 if TYPE_CHECKING:
-    import xarray as xr
     from rich.console import Console
 
-__all__ = ["Study", "sweep"]
+__all__ = ["parsed_part", "sweep"]
 
-
-class Study(metaclass=Documented):
-    """A study in a folder.
-
-    folder: where it is. points: how many there are by what became of them. left: how many are still to be computed.
-    messages: what was said.
-    """
-
-    def __init__(self, folder: Path, points: dict[str, int], left: int, messages: list[str]):
-        self.folder, self.points, self.left, self.messages = folder, points, left, messages
-
-    def __repr__(self) -> str:
-        counts = ", ".join(f"{count} {word}" for word, count in self.points.items())
-        return f"<Study in {self.folder}: {counts or 'no points'}{f', {self.left} left' if self.left else ''}>"
-
-    @property
-    def summary(self) -> str:
-        """What became of the points, in a line."""
-        counts = ", ".join(f"{count} {word}" for word, count in self.points.items())
-        left = f"; {self.left} left: run the same command again when the other parts are done" if self.left else ""
-        return f"{counts or 'no point is computed'}{left}; results in {self.folder / STORE}"
-
-    @property
-    def data(self) -> xr.Dataset:
-        """The results, read lazily: dimensions are the swept keys and ``seed``."""
-        import xarray
-
-        return xarray.open_zarr(self.folder / STORE, chunks=None)
+LOCK = ".lock"
 
 
 def sweep(
@@ -89,28 +64,41 @@ def sweep(
     plan = Plan(scene if isinstance(scene, Scene) else Scene.load(scene))
     _check(part, scheduler, workers, overwrite)
     check_writable(folder, "out")
-    _ = plan.sweep, plan.paths, plan.wanted
+    plan.check()
     places = _places(device)
-    count = workers or (part[1] if part else _processes(places))
+    how = How(",".join(places), scheduler, workers or (part[1] if part else _processes(places)), part)
     said: list[str] = []
-    tell = _teller(said, console)
-    folder.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(folder / ".lock")
-    _hold(lock, folder, part)
     try:
-        with waiting("compiling kernels (once on a machine, then cached) and estimating times", console):
-            store, lines = begin(plan, folder, places[0], count, overwrite)
-        for line in [f"{plan.size} into {folder / STORE}", *lines]:
-            tell(line)
-        _levels(plan, store, folder, tell, console, ",".join(places), scheduler, count, part)
+        with _held(folder, part):
+            plan, store = _begun(plan, folder, how, overwrite, _teller(said, console), console)
+            _levels(plan, store, folder, how, _teller(said, console), console)
+            return Study(folder, *counts(plan, store), said)
     except OSError as fault:
         raise _storage(fault, folder) from None
     except (KeyboardInterrupt, Interrupted):
-        tell("stopped: what was finished is kept, and the same command goes on")
+        console.print("stopped: what was finished is kept, and the same command goes on", soft_wrap=True)
         raise
-    finally:
-        lock.release()
-    return _study(plan, store, folder, said)
+
+
+@dataclass(frozen=True)
+class How:
+    """Where tasks are done: devices, with commas between them; a scheduler, or processes here; or a part of them."""
+
+    device: str
+    scheduler: str | None
+    workers: int
+    part: tuple[int, int] | None
+
+
+def _begun(
+    plan: Plan, folder: Path, how: How, overwrite: bool, tell: Callable[[str], None], console: Console
+) -> tuple[Plan, Store]:  # fmt: skip
+    """The store of a study, begun or as it was left, and the plan with the axes in its order."""
+    with waiting("compiling kernels (once on a machine, then cached) and estimating times", console):
+        store, lines = begin(plan, folder, how.device.split(",")[0], how.workers, overwrite)
+    for line in [f"{plan.size} into {folder / STORE}", *lines]:
+        tell(line)
+    return Plan(plan.scene, store.dims), store
 
 
 def parsed_part(text: str | None) -> tuple[int, int] | None:
@@ -154,16 +142,25 @@ def _processes(places: list[str]) -> int:
     return len(places) if places[0].startswith("cuda") else devices.cores()
 
 
-def _hold(lock: FileLock, folder: Path, part: Any) -> None:
-    """One client at a time; parts share the folder with anybody."""
-    if part is not None:
-        return
+@contextlib.contextmanager
+def _held(folder: Path, part: tuple[int, int] | None) -> Iterator[None]:
+    """The folder, for one client at a time; parts share it with anybody. What was begun in vain leaves no folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / LOCK)
     try:
-        lock.acquire(blocking=False)
+        if part is None:
+            lock.acquire(blocking=False)
+        yield
     except Timeout:
         raise RunFolderError(
-            f"another sweep is at work in {folder}: wait for it; --status shows how far it is"
+            f"another sweep is at work in {folder}: wait for it, --status shows how far it is"
         ) from None
+    finally:
+        lock.release()
+        with contextlib.suppress(OSError):
+            if [file.name for file in folder.iterdir()] == [LOCK]:
+                (folder / LOCK).unlink()
+            folder.rmdir()  # raises where there is something in it
 
 
 def _teller(said: list[str], console: Console) -> Callable[[str], None]:
@@ -175,23 +172,22 @@ def _teller(said: list[str], console: Console) -> Callable[[str], None]:
 
 
 def _levels(
-    plan: Plan, store: Store, folder: Path, tell: Callable[[str], None], console: Console, device: str,
-    scheduler: str | None, workers: int, part: tuple[int, int] | None,
+    plan: Plan, store: Store, folder: Path, how: How, tell: Callable[[str], None], console: Console
 ) -> None:  # fmt: skip
     """All levels, each after the one before."""
-    dask = part is None and cluster.available()
-    if part is None and not dask:
+    dask = how.part is None and cluster.available()
+    if how.part is None and not dask:
         tell(f"Dask is not installed, so one core does all tasks in turn; for all cores: {cluster.INSTALL}")
-    engine = _Dask(scheduler, workers, device, tell) if dask else None
+    engine = _Dask(how, tell) if dask else None
     try:
         for level, mask in levels(plan, store):
             states = store.states()
             tasks = list(tasks_of(store, level, mask, states))
-            mine = share(tasks, list(store.chunks()), *part) if part else tasks
+            mine = share(tasks, list(store.chunks()), *how.part) if how.part else tasks
             if level and mine:
                 tell(f"refinement {level} of {plan.levels}: {sum(len(task.points) for task in mine)} points more")
             if mine:
-                _do(mine, folder, console, device, engine, level)
+                _do(mine, folder, console, how.device, engine, level)
     finally:
         if engine is not None:
             engine.close()
@@ -200,16 +196,16 @@ def _levels(
 class _Dask:
     """A connection to a cluster, which is made when there is something to do."""
 
-    def __init__(self, scheduler: str | None, workers: int, device: str, say: Callable[[str], None]):
-        self._scheduler, self._workers, self._device, self._say = scheduler, workers, device, say
+    def __init__(self, how: How, say: Callable[[str], None]):
+        self._how, self._say = how, say
         self._context: Any = None
         self._client: Any = None
 
     def run(self, tasks: list[Task], folder: Path, tell: Callable[[Task, Outcome], None]) -> None:
         if self._client is None:
-            self._context = cluster.connected(self._scheduler, min(self._workers, max(len(tasks), 1)), self._device)
+            self._context = cluster.connected(self._how.scheduler, min(self._how.workers, len(tasks)))
             self._client = self._context.__enter__()
-        cluster.run_on(self._client, str(folder.resolve()), tasks, self._device, __version__, tell, self._say)
+        cluster.run_on(self._client, str(folder.resolve()), tasks, self._how.device, __version__, tell, self._say)
 
     def close(self) -> None:
         if self._context is not None:
@@ -244,10 +240,3 @@ def _storage(fault: OSError, folder: Path) -> Exception:
         f"{happened.format(folder=folder)} ({os.strerror(fault.errno or 0)}: {fault.filename or folder}). All finished "
         f"points are kept. To go on, {remedy}, then run the same command again."
     )
-
-
-def _study(plan: Plan, store: Store, folder: Path, said: list[str]) -> Study:
-    from warp_rods.studies.status import counts
-
-    points, left = counts(plan, store)
-    return Study(folder, points, left, said)

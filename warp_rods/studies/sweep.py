@@ -145,6 +145,7 @@ def _processes(places: list[str]) -> int:
 @contextlib.contextmanager
 def _held(folder: Path, part: tuple[int, int] | None) -> Iterator[None]:
     """The folder, for one client at a time; parts share it with anybody. What was begun in vain leaves no folder."""
+    made = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / LOCK)
     try:
@@ -157,10 +158,9 @@ def _held(folder: Path, part: tuple[int, int] | None) -> Iterator[None]:
         ) from None
     finally:
         lock.release()
-        with contextlib.suppress(OSError):
-            if [file.name for file in folder.iterdir()] == [LOCK]:
-                (folder / LOCK).unlink()
-            folder.rmdir()  # raises where there is something in it
+        if made and [file.name for file in folder.iterdir()] in ([], [LOCK]):
+            (folder / LOCK).unlink(missing_ok=True)
+            folder.rmdir()
 
 
 def _teller(said: list[str], console: Console) -> Callable[[str], None]:

@@ -61,7 +61,7 @@ class SweepTable(Table):
         if good.get("refine") and not any(isinstance(value, dict) for value in axes.values()):
             text = f" = {good['refine']}: only ranges are refined, and every key has a list: give {{ from, to, num }}"
             faults.append(fault(("refine",), good["refine"], text))
-        seeds = good.get("seeds")
+        seeds = good.get("seeds", 1)
         if is_list(seeds) and len(set(seeds)) < len(seeds):
             faults.append(fault(("seeds",), seeds, f" = {shown(seeds)}: each seed must be there once"))
         return faults

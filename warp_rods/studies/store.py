@@ -188,8 +188,7 @@ class Store:
         if crc(data[:-4]) != data[-4:]:
             return empty
         if text:
-            empty.flat = _texts(data[:-4])
-            return empty
+            return np.array(_texts(data[:-4]), dtype=object).reshape(shape)
         return np.frombuffer(data[:-4], node["data_type"]).reshape(shape).copy()
 
     def _encoded(self, name: str, values: np.ndarray) -> bytes:

@@ -34,6 +34,7 @@ FAULTS = [
     ({"seed.x": RANGE}, "seed cannot be swept; give seeds"),
     ({"bend": RANGE}, "sweep.bend: unknown key; known here: seeds, measure, keep, refine, and keys of the scene"),
     ({"swimmers.cell.bend": [1e-3], "refine": 2}, "refine = 2: only ranges are refined"),
+    ({"swimmers.cell.bend": RANGE | {"num": 9999}, "seeds": 9999}, "a grid with 1e+08 places, refined ones included"),
     ({"swimmers.cell.bend": [1e-3], "seeds": 0}, "sweep.seeds = 0: must be a whole number of seeds"),
     ({"swimmers.cell.bend": [1e-3], "seeds": [1, 1]}, "each seed must be there once"),
     ({"swimmers.cell.bend": [1e-3], "measure": []}, "sweep.measure = []: must be a list of names"),

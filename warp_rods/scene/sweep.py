@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -20,6 +21,8 @@ NOT_SWEPT = {"seed": "give seeds", "sweep": "", "output": "", "title": "", "unit
 SCALES = ("linear", "log")
 MOST_VALUES = 100_000
 """Values of a key, at most."""
+MOST_PLACES = 2e7
+"""Places of the grid at most: the state of each is looked at when a study goes on."""
 WHAT = 'a list of values, or { from = 1e-4, to = 1e-2, num = 20, scale = "log" }'
 
 Path = tuple[str | int, ...]
@@ -64,7 +67,16 @@ class SweepTable(Table):
         seeds = good.get("seeds", 1)
         if is_list(seeds) and len(set(seeds)) < len(seeds):
             faults.append(fault(("seeds",), seeds, f" = {shown(seeds)}: each seed must be there once"))
+        if not faults and (size := _places(axes, seeds, good.get("refine", 0))) > MOST_PLACES:
+            text = f": a grid with {size:.3g} places, refined ones included, at most {MOST_PLACES:.3g}"
+            faults.append(fault((), raw, f"{text}: give fewer values, or refine less often"))
         return faults
+
+
+def _places(axes: Mapping[str, Any], seeds: Any, refine: Any) -> float:
+    """The number of places of the grid, those of points that a refinement may add included."""
+    sizes = [(value["num"] - 1) * 2**refine + 1 if isinstance(value, dict) else len(value) for value in axes.values()]
+    return math.prod(map(float, sizes)) * (len(seeds) if is_list(seeds) else seeds or 1)
 
 
 def _fault_of(key: str, value: Any) -> str:

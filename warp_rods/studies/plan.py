@@ -20,6 +20,8 @@ from warp_rods.values import plain, shown
 
 __all__ = ["Column", "Plan", "Wanted"]
 
+MOST_CHECKED = 200
+"""Values of an axis that are checked before a study begins; an impossible one among others fails by itself."""
 Index = tuple[int, ...]
 """The place of a point in the grid."""
 
@@ -145,7 +147,7 @@ class Plan:
         """Raises SceneError where a value of an axis, with the first ones of the others, is not possible."""
         lines: list[str] = []
         for number, axis in enumerate(self.axes[:-1]):
-            for i in range(0, len(axis), axis.stride):
+            for i in np.unique(np.linspace(0, len(axis) - 1, min(axis.first, MOST_CHECKED)).astype(int)).tolist():
                 point = tuple(i if k == number else 0 for k in range(len(self.axes)))
                 try:
                     Scene.parse(self.tables_at(point))

@@ -120,9 +120,9 @@ def test_trajectories_are_runs_of_their_own(tmp_path):
 
 def test_a_refined_study_is_finer_where_its_class_changes(tmp_path):
     sweep = {"swimmers.cell.bend": {"from": 1e-3, "to": 1e-2, "num": 3, "scale": "log"},
-             "swimmers.cell.moment": [0.0], "refine": 1, "seeds": 1, "measure": ["speed"]}  # fmt: skip
+             "swimmers.cell.moment": [0.0], "refine": 1, "seeds": 1, "measure": ["speed", "class"]}  # fmt: skip
     study = wr.sweep(cells(sweep), tmp_path / "study", device="cpu", part=(1, 1))
     states = study.data["state"].to_numpy().ravel()
     assert states.size == 5 and states[::2].all() and states[1::2].any() and study.left == 0
     assert tasks.SCENE in {file.name for file in study.folder.iterdir()} and "refined 1 times" in status(study.folder)
-    assert [path.name for path in plot_study(study.folder)] == ["speed.png"]
+    assert {path.name for path in plot_study(study.folder)} == {"speed.png", "class.png"}

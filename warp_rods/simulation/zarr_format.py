@@ -17,11 +17,13 @@ import numpy as np
 
 from warp_rods.simulation.chunks import crc
 
-__all__ = ["METADATA", "TEXT", "text_chunk", "write_array", "write_group", "write_labels", "write_values"]
+__all__ = ["METADATA", "NUMBERS", "TEXT", "text_chunk", "write_array", "write_group", "write_labels", "write_values"]
 
 METADATA = "zarr.json"
 _BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
 _CRC = {"name": "crc32c"}
+NUMBERS = (_BYTES, _CRC)
+"""The codecs of arrays of numbers."""
 TEXT = ({"name": "vlen-utf8", "configuration": {}}, _CRC)
 """The codecs of arrays of text."""
 
@@ -64,7 +66,7 @@ def write_array(
     *,
     file_shape: Sequence[int] | None = None,
     chunk: Sequence[int] | None = None,
-    codecs: Sequence[Mapping[str, Any]] = (_BYTES, _CRC),
+    codecs: Sequence[Mapping[str, Any]] = NUMBERS,
 ) -> None:
     """An array without chunks in a new folder.
 

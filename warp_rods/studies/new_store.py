@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 
 from warp_rods.simulation.files import replace_file
-from warp_rods.simulation.zarr_format import METADATA, TEXT, write_array, write_group, write_labels, write_values
+from warp_rods.simulation.zarr_format import (
+    METADATA,
+    NUMBERS,
+    TEXT,
+    write_array,
+    write_group,
+    write_labels,
+    write_values,
+)
 from warp_rods.studies.axes import SEED, Axis
 from warp_rods.studies.plan import Column
 from warp_rods.studies.store import OWN, Store, this_process
@@ -71,8 +79,8 @@ def _write_empty(
     folder: Path, shape: Sequence[int], dtype: str, fill: Any, dims: Sequence[str], attributes: Mapping[str, Any],
     chunk: Sequence[int],
 ) -> None:  # fmt: skip
-    more = {"codecs": TEXT} if dtype == "string" else {}
-    write_array(folder, shape, dtype, fill, dims, attributes, file_shape=chunk, **more)
+    codecs = TEXT if dtype == "string" else NUMBERS
+    write_array(folder, shape, dtype, fill, dims, attributes, file_shape=chunk, codecs=codecs)
 
 
 def _consolidate(folder: Path) -> None:

@@ -26,8 +26,8 @@ def added(plan: Plan, store: Store, level: int, states: np.ndarray) -> np.ndarra
     strides = [max(axis.stride // 2 ** (level - 1), 1) for axis in plan.axes[:-1]]
     refined = [k for k, axis in enumerate(plan.axes[:-1]) if axis.stride > 1]
     coarse = tuple(slice(None, None, step) for step in strides)
-    known = (states[coarse] > 0).all(axis=-1)
-    cells = _corners(known, refined, np.logical_and)
+    known = np.all(states[coarse] > 0, axis=-1)
+    cells = _corners(np.asarray(known), refined, np.logical_and)
     different = np.zeros_like(cells)
     for name in store.scalars:
         values = _over_seeds(store.whole(name)[coarse])

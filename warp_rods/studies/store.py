@@ -38,7 +38,7 @@ __all__ = ["STORE", "Store"]
 STORE = "study.zarr"
 STATE = "state"
 STATES = {0: "not computed", 1: "computed", 2: "lost", 3: "failed"}
-OWN = {
+OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
     STATE: ("int8", 0, {"long_name": "state of the point", "flag_values": list(STATES),
                         "flag_meanings": " ".join(word.replace(" ", "_") for word in STATES.values())}),
     "settled": ("int8", -1, {"long_name": "whether the motion had settled: 1, 0, or −1 where it cannot be told"}),

@@ -112,8 +112,10 @@ beam modes) are those of the later half of the run."""
 
 def summary_of(name: str) -> Summary:
     """The row with this name, or one of the table of measures; raises ValueError with the known names."""
-    known = dict.fromkeys([*SUMMARIES, *MEASURES])
-    return SUMMARIES[name] if name in SUMMARIES else Summary(named(dict.fromkeys(known, MEASURES.get(name)), name))
+    if name in SUMMARIES:
+        return SUMMARIES[name]
+    rows = {key: row.measure for key, row in SUMMARIES.items()}
+    return Summary(named({**rows, **MEASURES}, name))
 
 
 def each_point(name: str, summary: Summary, data: Any, points: int, surface: Any) -> dict[str, xr.DataArray]:

@@ -27,7 +27,8 @@ class Record:
         simulation.attach(EveryFrame(), self._keep)
 
     def _keep(self, simulation: Simulation) -> None:
-        for name, frame in simulation.variables().items():
+        frames = _lean(simulation, self._wanted) if simulation.own_steps else simulation.variables()
+        for name, frame in frames.items():
             saved, kept = simulation.ensembles[name].saved, self._frames[name]
             for key, value in frame.items():
                 if key in self._wanted:
@@ -40,6 +41,16 @@ class Record:
         """The trajectory so far: one group for each ensemble."""
         frames = {name: {key: v[: self._count] for key, v in kept.items()} for name, kept in self._frames.items()}
         return _tree(self._simulation, self._simulation.frames.times[: self._count], frames)
+
+
+def _lean(simulation: Simulation, wanted: Collection[str]) -> dict[str, dict[str, np.ndarray]]:
+    """``simulation.variables()`` of rods that feel nothing, without those that are not wanted."""
+    found = {}
+    for name, ensemble in simulation.ensembles.items():
+        ensemble.show()
+        of_contact = [key for key in ("steric_energy", "wall_energy") if key in wanted and key in ensemble.saved]
+        found[name] = ensemble.variables(wanted) | {key: np.zeros(ensemble.count) for key in of_contact}
+    return found
 
 
 def still(simulation: Simulation) -> xr.DataTree:

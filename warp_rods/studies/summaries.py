@@ -127,15 +127,12 @@ def each_point(name: str, summary: Summary, data: Any, points: int, surface: Any
         return _stacked([_or_nothing(name, summary, _part(data, points, p), surface) for p in range(points)])
     rods = data.sizes["rod"]
     sound = np.flatnonzero(data["status"].isel(frame=-1).to_numpy() == 0)
-    if summary.measure.of == "swarm" or "rod" not in _probe(name, summary, data, sound, surface).dims:
+    found = None
+    if summary.measure.of != "swarm" and len(sound):
+        found = _in_blocks(lambda part: summary.of(name, part, surface), data, sound)
+    if found is None:
         return _stacked([_or_nothing(name, summary, _part(data, points, p), surface) for p in range(points)])
-    found = _in_blocks(lambda part: summary.of(name, part, surface), data, sound)
     return {str(key): _over_rods(values, sound, rods, points, summary) for key, values in found.data_vars.items()}
-
-
-def _probe(name: str, summary: Summary, data: xr.Dataset, sound: np.ndarray, surface: Any) -> xr.Dataset:
-    """The measure of one rod, to see its dimensions."""
-    return summary.of(name, data.isel(rod=sound[:1] if len(sound) else [0]), surface)
 
 
 def _part(data: Any, points: int, point: int) -> Any:
@@ -163,13 +160,18 @@ def _stacked(found: list[xr.Dataset | None]) -> dict[str, xr.DataArray]:
     return {str(key): values.transpose("point", ...) for key, values in whole.data_vars.items()}
 
 
-def _in_blocks(function: Callable[[xr.Dataset], xr.Dataset], data: xr.Dataset, rods: np.ndarray) -> xr.Dataset:
-    """A function of rods that do not concern each other, of blocks of the same number of them."""
+def _in_blocks(
+    function: Callable[[xr.Dataset], xr.Dataset], data: xr.Dataset, rods: np.ndarray
+) -> xr.Dataset | None:  # fmt: skip
+    """A function of rods that do not concern each other, of blocks of the same number; None if it is one of groups."""
     found = []
     for first in range(0, len(rods), BLOCK):
         part = rods[first : first + BLOCK]
         block = np.concatenate([part, np.full(BLOCK - len(part), part[-1])])
-        found.append(function(data.isel(rod=block)).drop_vars("rod", errors="ignore").isel(rod=slice(0, len(part))))
+        values = function(data.isel(rod=block)).drop_vars("rod", errors="ignore")
+        if "rod" not in values.dims:
+            return None
+        found.append(values.isel(rod=slice(0, len(part))))
     return xr.concat(found, "rod", combine_attrs="override", data_vars="minimal", coords="minimal", compat="override")
 
 
@@ -199,7 +201,9 @@ def settled(data: xr.Dataset, points: int) -> np.ndarray:
         return np.full(points, -1, dtype=np.int8)
     rule = _in_place if "gauss" in data else lambda part: _steady_modes(part, late)
     good = np.zeros(rods)
-    good[sound] = _in_blocks(lambda part: xr.Dataset({"good": ("rod", rule(part))}), data, sound)["good"]
+    rods_settled = _in_blocks(lambda part: xr.Dataset({"good": ("rod", rule(part))}), data, sound)
+    assert rods_settled is not None
+    good[sound] = rods_settled["good"]
     lost = np.ones(rods)
     lost[sound] = 0
     left = (1 - lost).reshape(points, -1).sum(axis=1)

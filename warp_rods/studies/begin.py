@@ -123,7 +123,8 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
     columns = columns_of(found, assumes(plan, found))
     store = create(folder / STORE, plan.axes, columns, chunk, own, attributes, {"settled": {"comment": SETTLED}})
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
-    return store, [f"points are {how}; about {seconds:.2g} s of one core for each"]
+    warnings = [f"warning, at the first point: {line}" for line in simulation.warnings]
+    return store, [*warnings, f"points are {how}; about {seconds:.2g} s of one core for each"]
 
 
 def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:

@@ -110,11 +110,14 @@ class _Running:
     def add(self, task: Task, avoid: str = "") -> None:
         self.futures[task.name] = (task, self.submit(task, avoid), time.monotonic())
 
-    def finish(self, name: str) -> Task | None:
-        """Forget a task; None where it has ended before."""
-        task, *_ = self.futures.pop(name, (None,))
-        if (second := self.twice.pop(name, None)) is not None:
-            second.cancel()
+    def finish(self, name: str, ended: Any) -> Task | None:
+        """Forget a task, one of whose futures has ended; None where another one has before."""
+        if name not in self.futures:
+            return None
+        task, first, _ = self.futures.pop(name)
+        for future in (first, self.twice.pop(name, None)):
+            if future is not None and future is not ended:
+                future.cancel()
         return task
 
 
@@ -159,7 +162,7 @@ def run_on(
             if not more:
                 _help_late(running, max(LATE, LATER * longest))
             continue
-        task = running.finish(name)
+        task = running.finish(name, future)
         if task is not None:
             longest = max(longest, _ended(running, task, future, tell))
 

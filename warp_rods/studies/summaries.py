@@ -66,7 +66,7 @@ def _positive(data: xr.Dataset) -> xr.DataArray:
     """Whether the Gaussian curvature at the midpoint is positive (frame, rod)."""
     share = (data["gauss"].to_numpy() > 0).astype(float)
     return described(
-        data, ("frame", "rod"), share, "1", "share of the filaments at positive curvature", "midpoints with K11 K22 > K12²"
+        data, ("frame", "rod"), share, "1", "share of the filaments at positive curvature", "K11 K22 > K12²"
     )
 
 

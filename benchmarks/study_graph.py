@@ -142,6 +142,6 @@ def main(count: int, tasks: int) -> None:
 
 
 if __name__ == "__main__":
-    cpu, wall = store(200)
-    print(f"store: {1e3 * cpu / 200:.2f} ms of CPU, {1e3 * wall / 200:.1f} ms in all a task, 8 files")
+    cpu, wall = store(50)
+    print(f"store: {1e3 * cpu / 50:.2f} ms of CPU, {1e3 * wall / 50:.1f} ms in all a task, 8 files")
     main(int(sys.argv[1]), int(sys.argv[2]))

@@ -38,6 +38,24 @@ def slab(x: wp.vec3d, p: Parameters):
 
 
 @wp.func
+def pore(x: wp.vec3d, p: Parameters):
+    """φ = ρ − R of a cylinder of radius p[0] about the axis p[1:4], with ∇φ; it is a distance, so ∇∇φ ∇φ = 0."""
+    axis = wp.vec3d(p.v[1], p.v[2], p.v[3])
+    across = x - wp.dot(x, axis) * axis
+    rho = wp.length(across)
+    outward = wp.vec3d()
+    if rho > real(0.0):
+        outward = across / rho
+    return rho - p.v[0], outward, wp.mat33d()
+
+
+@wp.func
+def nowhere(x: wp.vec3d, p: Parameters):
+    """φ, ∇φ and ∇∇φ of a room that has flat walls only."""
+    return FAR_AWAY, wp.vec3d(), wp.mat33d()
+
+
+@wp.func
 def distance(phi: real, gradient: wp.vec3d, hessian: wp.mat33d):
     """(d, ∇d) of d = φ/|∇φ|, the distance to φ = 0 to first order; a point where ∇φ vanishes is far inside."""
     size = wp.length(gradient)

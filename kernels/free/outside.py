@@ -10,6 +10,7 @@ from warp_rods.kernels.free.state import FREE, Load, Swimmers
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     Lanes,
     Lanes2D,
+    Pairs,
     Vector,
     add,
     div,
@@ -79,13 +80,15 @@ def add_outside(rotation: Matrices2D, outside: Outside, load: Load):
             if node > 0:
                 across = pair(C_before[1] + C[1], C_before[2] + C[2])
                 load.axial_couple[tile, node - 1] += half * (C_before[0] + C[0])
-                load.transverse_couple[tile, node - 1] = half * across
+                load.transverse_couple[tile, node - 1] += half * across
             C_before = C
 
 
 @wp.kernel
-def set_couple(couple: Lanes2D, load: Load):
-    """Begin with the rods' own couple about the tangent; ``dim = tiles``."""
+def set_couple(couple: Lanes2D, across: Pairs, outside: Outside, load: Load):
+    """Begin with the rods' own couples about and across the tangent; ``dim = tiles``."""
     tile = wp.tid()
     for node in range(couple.shape[1]):
         load.axial_couple[tile, node] = real(1.0) * couple[tile, node]
+        if outside.turning == 1:
+            load.transverse_couple[tile, node] = real(1.0) * across[tile, node]

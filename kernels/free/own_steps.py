@@ -38,6 +38,17 @@ OF_INVALID = wp.constant(real(1.0e6))
 
 
 @wp.func
+def end_before(limit: real, start: real, step: real) -> real:
+    """The end of a step that does not pass a limit; the last two steps before it are of the same length."""
+    left = limit - start
+    if step >= left:
+        return limit
+    if real(2.0) * step > left:
+        return start + real(0.5) * left
+    return start + step
+
+
+@wp.func
 def plan_steps(tile: int, rods: Swimmers, pace: Pace, midpoint: Midpoint, target: real, trial: Trial):
     """Ends and orders of the next steps; 1 for rods that take one, 0 for those that are frozen or have arrived."""
     going = Lanes()
@@ -46,9 +57,9 @@ def plan_steps(tile: int, rods: Swimmers, pace: Pace, midpoint: Midpoint, target
         start = pace.at[rod, 0]
         trial.order[rod] = 1
         trial.end[rod] = start + real(1.0)
-        if rods.status[rod] == OK and start < target:
+        if rods.status[rod] == OK and start < wp.min(target, trial.limit[rod]):
             trial.order[rod] = pace.order[rod]
-            trial.end[rod] = start + pace.step[rod]
+            trial.end[rod] = end_before(trial.limit[rod], start, pace.step[rod])
             going[lane] = real(1.0)
         if rods.bent == 1:
             trial.angle[rod] = foretold_angle(rod, midpoint, pace, trial.end[rod])

@@ -325,5 +325,6 @@ def activity_terms(tile: int, node: int, rods: Swimmers, shape: Shape, balance: 
     u0 = axial_velocity_at_node(tile, node, balance)
     if rods.flowing == 1:
         u0 -= axial_stream_at_node(tile, node, balance)
-    source, sink = reaction(rods.law, f, u0, rods.law_parameters[tile])
+    s = real(node) * rods.spacing - real(0.5)
+    source, sink = reaction(rods.law, s, f, u0, rods.law_parameters[tile])
     return source - sink * f + activity_diffusion(tile, node, rods, shape.activity), sink

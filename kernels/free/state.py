@@ -189,6 +189,7 @@ class Trial:
     """A step that is tried [rod]: its formula, its result, and the rates of the tracked node at its end."""
 
     end: Scalars1D
+    limit: Scalars1D  # no step of a rod goes beyond this time
     angle: Scalars1D  # θ at the end, extrapolated
     order: Integers1D
     status: Integers1D

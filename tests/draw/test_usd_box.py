@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warp_rods import workflow
-from warp_rods.draw.usd.box import into_box
+from warp_rods.draw.usd.box import draw_box, into_box
 from warp_rods.scene.scene import Scene
 
 CELLS = {
@@ -60,6 +60,27 @@ def test_the_container_is_drawn(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.2, rtol=1e-6)
     context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
     assert not context.Validate(stage)
+
+
+@pytest.mark.parametrize("axis", "xyz")
+def test_pores_and_ducts_are_drawn_along_their_axis(axis):
+    """A pore as two circles and four lines, a duct as the edges of a box; an endless one not at all."""
+    from pxr import Usd, UsdGeom, UsdShade
+
+    cells = {"name": "c", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-3}
+    pore = {"kind": "pore", "radius": 0.4, "length": 3.0, "axis": axis}
+    duct = {"kind": "duct", "sides": [0.6, 0.9], "length": 3.0, "axis": axis, "ends": "closed"}
+    for box, sides, lines in ((pore, [3.0, 0.8, 0.8], 100), (duct, [3.0, 0.6, 0.9], 12)):
+        stage = Usd.Stage.CreateInMemory()
+        material = UsdShade.Material.Define(stage, "/Looks/box")
+        points = draw_box(stage, Scene(swimmers=[cells], box=box, time={"end": 1.0}), material)
+        np.testing.assert_allclose(np.ptp(points, axis=0), np.roll(sides, "xyz".index(axis)))
+        assert len(UsdGeom.BasisCurves.Get(stage, "/World/Box").GetCurveVertexCountsAttr().Get()) == lines
+        if box is pore:
+            radii = np.delete(points, "xyz".index(axis), axis=1)
+            np.testing.assert_allclose(np.linalg.norm(radii, axis=1), 0.4)
+    endless = {"kind": "duct", "sides": [0.6, 0.9]}
+    assert not len(draw_box(stage, Scene(swimmers=[cells], box=endless, time={"end": 1.0}), material))
 
 
 def test_into_box_keeps_rods_whole():

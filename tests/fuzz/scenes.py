@@ -22,6 +22,7 @@ FULL = {
     "shape": {"kind": "mode", "mode": 0, "amplitude": 1.0, "perturbation": 1e-3},
 }  # fmt: skip
 FORMULAS = {"bend": "3*sin(2*pi*s)", "bend1": 0.5, "twist": "cos(pi*s)**2", "amplitude": 2.0}
+BEHAVIOUR = {"reversal": {"rate": 0.5}, "tumble": {"rate": [1.0, 2.0, 3.0], "duration": 0.1, "turn": 1.0}}
 WALL = {"strength": 2000.0, "range": 0.05}
 
 SPRINGS = {"name": "k", "count": 2, "nodes": 9, "stiffness": [1.0, 1.0, 1.0, 100.0, 50.0, 50.0]}
@@ -50,6 +51,11 @@ BASES: tuple[dict[str, Any], ...] = (
         "swimmers": [CELLS], "time": TIME,
         "box": {"kind": "container", "surface": SPHERE | {"radius": 2.0}, "side": "inside", "wall": WALL},
     },
+    {
+        "swimmers": [CELLS | {"flagella": {"law": "driven", "front": 0.5}, "behaviour": BEHAVIOUR}], "time": TIME,
+        "box": {"kind": "pore", "radius": 1.0, "length": 4.0, "axis": "y", "ends": "closed", "wall": WALL},
+    },
+    {"swimmers": [CELLS], "box": {"kind": "duct", "sides": [1.0, 2.0], "length": 4.0}, "steric": STERIC, "time": TIME},
     {"surface": SPHERE, "filaments": [FILAMENTS], "time": TIME},
     {"surface": SPHERE, "filaments": [FILAMENTS | {"placement": PLACED, "ends": ["clamped", "free"]}], "time": TIME},
     {

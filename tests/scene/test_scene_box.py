@@ -39,8 +39,8 @@ def faults(box, **changes) -> list[str]:
     ("box", "line"),
     [
         (3, "box = 3: must be a table, [box]"),
-        ({"size": [3, 3, 3]}, 'box.kind: missing; must be "periodic", "slab" or "container"'),
-        ({"kind": "ball"}, 'box.kind = "ball": must be "periodic", "slab" or "container"'),
+        ({"size": [3, 3, 3]}, 'box.kind: missing; must be "periodic", "slab", "container", "pore" or "duct"'),
+        ({"kind": "ball"}, 'box.kind = "ball": must be "periodic", "slab", "container", "pore" or "duct"'),
         ({"kind": ["slab"]}, 'box.kind = ["slab"]: must be'),
         ({"kind": "periodic"}, "box: size or fraction: missing; give one of them"),
         ({"kind": "periodic", "size": [3, 3]}, "box.size = [3, 3]: must be 3 positive numbers for a periodic box"),
@@ -87,6 +87,27 @@ def faults(box, **changes) -> list[str]:
         ),
         ({"kind": "container", "surface": SPHERE, "side": "in"}, 'box.side = "in": must be "inside" or "outside"'),
         ({"kind": "container", "surface": SPHERE, "fraction": 0.2}, "box.fraction: a box of kind container has no"),
+        ({"kind": "pore"}, "box.radius: missing; must be a positive number: of a pore"),
+        ({"kind": "pore", "radius": 0.04}, "box.radius = 0.04: must be at least 0.05, the range of the walls"),
+        (
+            {"kind": "pore", "radius": 1, "sides": [1, 1]},
+            "box.sides: a box of kind pore has no sides; it has axis, ends",
+        ),
+        ({"kind": "pore", "radius": 1, "length": 0.3}, "box.length = 0.3: must be above 0.32, twice the reach"),
+        ({"kind": "pore", "radius": 1, "ends": "closed"}, 'box.ends = "closed": needs the length between the ends'),
+        (
+            {"kind": "pore", "radius": 1, "length": 2, "ends": "open"},
+            'box.ends = "open": must be "periodic" or "closed"',
+        ),
+        ({"kind": "pore", "radius": 1, "length": 2, "axis": "w"}, 'box.axis = "w": must be "x", "y" or "z"'),
+        ({"kind": "duct"}, "box.sides: missing; must be two positive numbers: the sides of the section of a duct"),
+        ({"kind": "duct", "sides": [1, 0.09]}, "box.sides = [1, 0.09]: must be at least 0.1, twice the range"),
+        ({"kind": "duct", "sides": 1.0}, "box.sides = 1.0: must be two positive numbers"),
+        (
+            {"kind": "duct", "sides": [1, 1], "length": 0.09, "ends": "closed"},
+            "box.length = 0.09: must be at least 0.1, twice the range of the walls",
+        ),
+        ({"kind": "slab", "height": 1, "axis": "x"}, "box.axis: a box of kind slab has no axis; it has fraction"),
     ],
 )
 def test_each_fault_has_a_line(box, line):
@@ -148,6 +169,8 @@ def test_every_fault_of_a_box_is_in_one_message():
         {"kind": "slab", "height": 1, "size": [3, 4], "wall": {"strength": 10, "range": 0.1}},
         {"kind": "slab", "height": 1},
         {"kind": "container", "surface": SPHERE},
+        {"kind": "pore", "radius": 1.0, "length": 4.0},
+        {"kind": "duct", "sides": [1.0, 2], "axis": "z", "ends": "closed", "length": 3},
         {"kind": "container", "surface": {"kind": "cassini", "a": 3.0, "b": 3.3}, "side": "outside"},
     ],
 )
@@ -193,6 +216,10 @@ def test_periods_follow_from_size_or_fraction():
     assert scene({"kind": "slab", "height": 1, "size": [3, 4]}).period == (3, 4, 0)
     for free in ({"kind": "slab", "height": 1}, {"kind": "container", "surface": SPHERE}, None):
         assert scene(free).period == (0, 0, 0)
+    assert scene({"kind": "pore", "radius": 1, "length": 4, "axis": "y"}).period == (0, 4, 0)
+    duct = {"kind": "duct", "sides": [1, 2]}
+    assert scene({**duct, "length": 4}).period == (4, 0, 0) and scene(duct).period == (0, 0, 0)
+    assert scene({**duct, "length": 4, "ends": "closed"}).period == (0, 0, 0)
     two = [CELLS, {**CELLS, "name": "others", "count": 40, "nodes": 33}]
     x, y, z = scene({"kind": "slab", "height": 1, "fraction": 0.3}, swimmers=two).period
     assert x == y and z == 0 and 100 * 0.08 / (x * y) == pytest.approx(0.3, rel=1e-14)

@@ -11,6 +11,7 @@ import warp_rods as wr
 from warp_rods.errors import SceneError
 from warp_rods.quantities import Dimension, QuantityError, is_quantity, parse
 from warp_rods.scene import box, cosserat, ends, filaments, flagella, outside, shapes, swimmers, tables
+from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.body import drag_of_rod
 from warp_rods.scene.dimensions import DIMENSIONS
 from warp_rods.scene.units import Scale
@@ -217,6 +218,8 @@ WITHOUT = {
     "fraction",
     "surface",
     "side",
+    "axis",
+    "behaviour",
     "wall",
     "on",
     "file",
@@ -255,6 +258,12 @@ WITHOUT = {
 def test_every_key_has_a_dimension_or_none(prefix, table):
     unknown = [key for key in table.model_fields if f"{prefix}.{key}" not in DIMENSIONS and key not in WITHOUT]
     assert not unknown, "add them to DIMENSIONS, or to WITHOUT here"
+
+
+def test_every_rate_and_duration_of_a_behaviour_has_a_dimension():
+    keys = [(name, key) for name, row in BEHAVIOURS.items() for key, kind in row.parameters.items() if kind != "angle"]
+    assert keys
+    assert not [f"{name}.{key}" for name, key in keys if f"swimmers.behaviour.{name}.{key}" not in DIMENSIONS]
 
 
 def test_shipped_scenes_have_no_quantity_that_is_left():

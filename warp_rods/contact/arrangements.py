@@ -11,7 +11,8 @@ import numpy as np
 from warp_rods.contact.capacity import extents, refuse_crowd
 from warp_rods.contact.overlap import without_overlap
 from warp_rods.contact.push import pushed_apart
-from warp_rods.contact.rotations import about_z, isotropic
+from warp_rods.contact.rooms import WALLED, Walled, turned_to
+from warp_rods.contact.rotations import about_z, isotropic, with_chords_along_x
 from warp_rods.contact.segments import OccupiedSpace
 from warp_rods.contact.walls import NO_CAPS, caps_of
 from warp_rods.errors import SceneError
@@ -37,7 +38,8 @@ Poses = tuple[np.ndarray, np.ndarray]
 class Region:
     """The region in which middles of swimmers are drawn: the box from ``low`` to ``high`` [3].
 
-    In a ``container`` whole rods must lie inside its surface, by ``clearance``.
+    In a ``container`` whole rods must lie inside its surface, by ``clearance``, and in a ``room`` inside its walls. A
+    pore or duct is drawn along x, and then turned to its axis.
     """
 
     low: np.ndarray
@@ -48,6 +50,7 @@ class Region:
     clearance: float = 0.0
     caps: np.ndarray = field(default_factory=NO_CAPS.copy)
     """Corners [2, 3] of the box whose finite faces close an open container."""
+    room: Walled | None = None
 
     @classmethod
     def of(cls, scene: Scene, container: Surface | None, clearance: float) -> Region:
@@ -59,6 +62,16 @@ class Region:
             if box.side == "outside" or not (container.closed or np.isfinite(caps).any()):
                 raise SceneError("placement: this container has no bounds: give position and direction of each rod")
             return cls(*container.box, container=container, clearance=clearance, caps=caps)
+        if box.kind in WALLED:
+            assert box.wall is not None
+            clearance = max(clearance, box.wall.range)
+            room = WALLED[box.kind](box)
+            sides, volume = room.free(clearance)
+            if not volume:
+                if not box.length:
+                    raise SceneError(f"placement: the {box.kind} is endless: give box.length")
+                raise SceneError(f"placement: {clearance:g} from all walls is no room: make the {box.kind} wider")
+            return cls(-sides / 2, sides / 2, clearance=clearance, room=room)
         if box.kind == "slab":
             if not period[:2].all():
                 raise SceneError("placement: the slab has no bounds: give box.size or box.fraction")
@@ -68,6 +81,8 @@ class Region:
 
     def volume(self, clearance: float) -> float:
         """An upper bound of the volume that rods with a clearance between them can use, their surroundings included."""
+        if self.room:
+            return self.room.free(self.clearance - clearance / 2)[1]
         sides = self.high - self.low
         if self.container is None:
             return float(np.prod(sides + np.array([0.0, 0.0, clearance if self.flat else 0.0])))
@@ -81,21 +96,39 @@ class Region:
 
     def draw(self, arrangement: str, shapes: np.ndarray, rng: np.random.Generator) -> tuple[Poses, np.ndarray]:
         """Poses of rods with centre lines ``shapes`` [rod, node, 3] about their middles, and these lines in space."""
-        arrange = ARRANGEMENTS[arrangement]
-        position, rotation = arrange(self, len(shapes), rng)
+        position, rotation = self._arranged(arrangement, shapes, rng)
         lines = _in_space(position, rotation, shapes)
         for _ in range(MOST_DRAWS):
             out = np.flatnonzero(~self.contains(lines))
             if not len(out):
                 return (position, rotation), lines
-            position[out], rotation[out] = arrange(self, len(out), rng)
+            position[out], rotation[out] = self._arranged(arrangement, shapes[out], rng)
             lines[out] = _in_space(position[out], rotation[out], shapes[out])
         raise SceneError(
-            f"{len(out)} rods found no place inside the container, which may be too small for their length: place fewer"
+            f"{len(out)} rods found no place inside the {'container' if self.container else 'box'}, which may be too "
+            f"small for their length: place fewer"
         )
 
+    def _arranged(self, arrangement: str, shapes: np.ndarray, rng: np.random.Generator) -> Poses:
+        """Poses of rods with centre lines ``shapes`` [rod, node, 3], which may stick out of the region."""
+        position, rotation = ARRANGEMENTS[arrangement](self, len(shapes), rng)
+        if self.room is None:
+            return position, rotation
+        if arrangement == "random":  # a rod whose ends are farther apart than the room is wide has few directions
+            width = float(np.linalg.norm(self.high[1:] - self.low[1:]))
+            rotation = with_chords_along_x(shapes[:, -1] - shapes[:, 0], width, rng)
+        turn = turned_to(self.room.axis)
+        return position @ turn.T, turn @ rotation
+
+    @property
+    def walled(self) -> bool:
+        """Whether whole rods must lie inside walls."""
+        return self.container is not None or self.room is not None
+
     def contains(self, lines: np.ndarray) -> np.ndarray:
-        """Whether each whole centre line [rod, node, 3] is inside the container [rod]; true without a container."""
+        """Whether each whole centre line [rod, node, 3] is inside the walls [rod]; true without a container or room."""
+        if self.room:
+            return np.asarray(self.room.holds(lines, self.clearance).all(axis=1))
         if self.container is None:
             return np.ones(len(lines), dtype=bool)
         gradient = np.linalg.norm(self.container.gradient(lines), axis=-1)
@@ -219,11 +252,11 @@ def _find_poses(
 
     if scene.steric is None:
         return draw(np.arange(len(shapes)))[0], "without steric forces, so rods may overlap"
-    if region.container:  # rods that are too long for it are told as such
+    if region.walled:  # rods that are too long for it are told as such
         region.draw(arrangement, shapes[:1], np.random.default_rng(0))
-    refuse_crowd(extents(shapes), core if region.container else clearance, region.volume(clearance))
+    refuse_crowd(extents(shapes), core if region.walled else clearance, region.volume(clearance))
     space = OccupiedSpace(others, np.array(scene.period))
-    if arrangement != "random" or region.container:
+    if arrangement != "random" or region.walled:
         found = without_overlap(len(shapes), draw, clearance, space)
         return found.poses, found.note  # type: ignore[return-value]
     close = CLOSE * clearance
@@ -261,7 +294,9 @@ def count_outside(scene: Scene, container: Surface | None, lines: np.ndarray) ->
     box = scene.box
     if box is None or box.wall is None:
         return 0
-    if container is None:
+    if box.kind in WALLED:
+        out = ~WALLED[box.kind](box).holds(lines)
+    elif container is None:
         assert box.height is not None
         out = np.abs(lines[..., 2]) > box.height / 2
     else:

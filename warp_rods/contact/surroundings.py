@@ -51,9 +51,10 @@ class Surroundings:
         box = self._scene.box
         if box is None or box.wall is None:
             return None
+        from warp_rods.contact.rooms import WALLED
         from warp_rods.contact.walls import Walls
 
-        wall: Any = self._container or box.height
+        wall: Any = WALLED[box.kind](box) if box.kind in WALLED else self._container or box.height
         swimmers = [self._ensembles[name] for name in self._swimmers]
         return Walls(swimmers, wall, box.wall.strength, box.wall.range, box.side == "outside", self._device)
 

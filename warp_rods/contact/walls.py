@@ -1,4 +1,4 @@
-"""Soft walls that keep swimmers in a slab, or inside or outside a surface (docs/model.md §6.3)."""
+"""Soft walls that keep swimmers in a slab, a pore or a duct, or inside or outside a surface (docs/model.md §6.3)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warp_rods.contact.rooms import Walled
 from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
 from warp_rods.kernels.contact import box as box_kernels
@@ -43,16 +44,16 @@ def caps_of(surface: Surface, outside: bool) -> np.ndarray:
 class Walls:
     """A wall with W = ½ k (d + δ)² per length for d > −δ on every node of ``ensembles``; d is the distance outside it.
 
-    wall: the ``Surface``, or the height of a slab between walls at z = ±height/2. strength: k, force per length and
-    depth. range: δ, length. outside: keep rods where φ > 0 instead of inside. Inside an open surface the faces of its
-    box through which it passes are walls, too (``caps_of``). ``add_forces`` adds the force per length at the present
-    positions to the force of each ensemble.
+    wall: the ``Surface``, a row of ``rooms.py``, or the height of a slab between walls at z = ±height/2. strength: k,
+    force per length and depth. range: δ, length. outside: keep rods where φ > 0 instead of inside. Inside an open
+    surface the faces of its box through which it passes are walls, too (``caps_of``). ``add_forces`` adds the force per
+    length at the present positions to the force of each ensemble.
     """
 
     def __init__(
         self,
         ensembles: Sequence[Ensemble],
-        wall: Surface | float,
+        wall: Surface | Walled | float,
         strength: float,
         range: float,
         outside: bool = False,
@@ -66,10 +67,13 @@ class Walls:
                 field, self._parameters = wall.field, wall.device_parameters(self._device)
                 caps, known = caps_of(wall, outside), np.array(wall.box) if wall.kind == "grid" else NO_CAPS
             else:
-                caps = known = NO_CAPS
-                p = Parameters()
-                p.v = Numbers(wall, *[0.0] * 7)
-                field, self._parameters = box_kernels.slab, wp.array([p], dtype=Parameters, device=self._device)
+                name, numbers, caps = (
+                    (wall.field, wall.numbers, wall.faces) if isinstance(wall, Walled) else ("slab", (wall,), NO_CAPS)
+                )
+                known, p = NO_CAPS, Parameters()
+                p.v = Numbers(*numbers, *[0.0] * (8 - len(numbers)))
+                field = getattr(box_kernels, name)
+                self._parameters = wp.array([p], dtype=Parameters, device=self._device)
             self._energies = [per_rod(e.count, device=self._device) for e in self._ensembles]
         # Outside its box the field of a file is a mirror image.
         self._boxes = tuple(wp.vec3d(*corner) for corner in (*caps, *known))

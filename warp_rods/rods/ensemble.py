@@ -53,7 +53,7 @@ FOR_THE_LOOP = frozenset(
             "hold_force",
         ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
-        *("apply_given_force", "end_planned_step", "step_to_event", "position_array", "force_array"),
+        *("apply_given_force", "end_planned_step", "step_to_event", "next_event", "position_array", "force_array"),
         *("spacing_array", "status_array", "give_up", "reserve_force", "failed_at", "stride"),
         *("arrays_of_state", "allocate_for", "check_state", "nodes_of", "readings", "saved", "static"),
     }
@@ -381,6 +381,10 @@ class Ensemble(Readings):
     def step_to_event(self, step: float) -> float:
         """A step from the time reached, ended where something happens to a rod that its error might not show."""
         return step
+
+    def next_event(self) -> float:
+        """The time of the next event of a rod, beyond which no step goes; an event at the time reached happens."""
+        return np.inf
 
     def end_planned_step(self) -> None:
         """End a step that the user planned: the force set now is the previous one of the next.

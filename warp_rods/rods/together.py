@@ -56,6 +56,7 @@ class Rods(Protocol):
     def accept_step(self) -> None: ...
     def finish_step(self) -> None: ...
     def step_to_event(self, step: float) -> float: ...
+    def next_event(self) -> float: ...
     def end_planned_step(self) -> None: ...
     def hold_force(self) -> None: ...
     def bring_together(self) -> None: ...
@@ -108,7 +109,7 @@ class Together:
         """Take ``steps`` steps of ``dt``; yields the number of steps taken after each."""
         self._align()
         for done in range(1, steps + 1):
-            if dt > LONGER * self._longest:
+            if dt > LONGER * self._longest or self._next_event() < self.reached + dt:
                 self._starting, self._started, self._taken_before = True, self.reached, self.control.taken
             self._longest = max(self._longest, dt)
             if self._starting:
@@ -131,7 +132,8 @@ class Together:
                 break
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
-            self._follow_error(left if left <= step else min(step, left / 2), allowed, dt, give_up=False)
+            step = self._before_event(left if left <= step else min(step, left / 2))
+            self._follow_error(step, allowed, dt, give_up=False)
         duration = max(LONGEST_START[0] * self._longest, LONGEST_START[1] * natural)
         in_time = self.reached < self._started + duration and self.control.taken - self._taken_before < MOST_STARTING
         self._starting = self.control.step < self._longest and in_time
@@ -166,7 +168,7 @@ class Together:
             ensemble.hold_force()
         while self.reached < time:
             step = min(self.control.step, self.longest)
-            dt = min(e.step_to_event(step) for e in self._ensembles)
+            dt = self._before_event(min(e.step_to_event(step) for e in self._ensembles))
             self._follow_error(dt, tolerance, time, give_up=True)
             if self.reached < time:
                 yield self.reached
@@ -189,6 +191,15 @@ class Together:
         else:
             for ensemble in self._ensembles:
                 ensemble.reject_step()
+
+    def _next_event(self) -> float:
+        """The time of the next event of a rod, at which its steps begin anew; those at the time reached happen."""
+        return min(e.next_event() for e in self._ensembles)
+
+    def _before_event(self, step: float) -> float:
+        """A step that does not pass the next event; the last two before it are of the same length."""
+        left = self._next_event() - self.reached
+        return left if step >= left else left / 2 if 2 * step > left else step
 
     def _align(self) -> None:
         """Let ensembles begin anew together, if one has been moved apart: by steps of its own, or by a force set."""

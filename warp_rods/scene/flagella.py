@@ -51,8 +51,12 @@ class Law:
 LAWS: dict[str, Law] = {
     "relaxing": Law("RELAXING"),
     "held": Law("HELD", diffuses=False),
+    "driven": Law(
+        "DRIVEN", {"front": LawParameter(1.0), "back": LawParameter(1.0), "steepness": LawParameter(10.0, "positive")}
+    ),
 }
-"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: f stays as it is at the start, whatever τf and D."""
+"""``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: f stays as it is at the start, whatever τf and D.
+``driven``: τf ∂t f = g(s) − f + D f'' with the target g, from ``back`` at s < 0 to ``front`` at s > 0."""
 DEFAULT_LAW = "relaxing"
 """Not written into scenes that do not name a law, so that scenes of earlier versions keep their hash."""
 

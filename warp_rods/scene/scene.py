@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import tomli_w
 from pydantic import Field, ValidationError
 
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.membranes.catalogue import KINDS, motion_faults
-from warp_rods.scene.box import AXES, Box
+from warp_rods.scene.box import ROOMS, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.cosserat import CosseratTable
 from warp_rods.scene.dimensions import UnitFault, in_scene_units
@@ -142,8 +143,10 @@ class Scene(Table):
 
         A ``fraction`` is that of the volume, or of the area of a slab, which cells as wide as the steric core fill.
         """
-        if self.box is None or self.box.kind not in AXES:
+        if self.box is None:
             return (0.0, 0.0, 0.0)
+        if self.box.ends == "periodic":
+            return tuple((self.box.length or 0.0) * (axis == self.box.along) for axis in range(3))  # type: ignore
         size = self.box.size
         if size is None and self.box.fraction is not None:
             assert self.steric is not None  # checked before
@@ -197,7 +200,8 @@ def _called(kind: str, count: int) -> str:
 def _filled(kind: str, fraction: float, cells: int, width: float) -> tuple[float, ...]:
     """The periods of a box such that cells of length 1 and this width fill a fraction of it."""
     filled = cells * width * (1.0 if kind == "slab" else math.pi / 4 * width)
-    return ((filled / fraction) ** (1 / AXES[kind]),) * AXES[kind]
+    sides = ROOMS[kind].sides
+    return ((filled / fraction) ** (1 / sides),) * sides
 
 
 def _box_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
@@ -267,10 +271,12 @@ def _width_faults(box: dict[str, Any], steric: dict[str, Any], tables: Sequence[
     """Boxes not wider than twice the range of the steric force, as only nearest images interact."""
     least = 2 * CUTOFF * steric["range"]
     required = f"must be above {least:g}, twice the reach of the steric force, 8 ranges"
-    if "size" in box:
-        text = f" = {shown(box['size'])}: {required}"
-        return [fault(("box", "size"), box, text)] if min(box["size"]) <= least else []
-    if "fraction" not in box or box["kind"] not in AXES or not tables:
+    periods = ("size", "length") if box.get("ends") != "closed" else ("size",)
+    for key in periods:
+        if key in box:
+            text = f" = {shown(box[key])}: {required}"
+            return [fault(("box", key), box, text)] if np.min(box[key]) <= least else []
+    if "fraction" not in box or not ROOMS[box["kind"]].sides or not tables:
         return []
     side = _filled(box["kind"], box["fraction"], sum(table["count"] for table in tables), steric["core"])[0]
     text = f" = {box['fraction']:g}: makes a box {side:.4g} wide; it {required}: place more swimmers, or fill less"

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
+from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
 from warp_rods.scene.body import BodyTable
 from warp_rods.scene.checks import Faults, Table
 from warp_rods.scene.ends import EndOrKind
@@ -87,6 +88,9 @@ class SwimmersTable(EnsembleTable):
         default_factory=FlagellaTable,
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
+    behaviour: BehaviourTable | None = Field(
+        default=None, description="a table of behaviours, such as { reversal = { rate = 0.5 } }"
+    )
     shape: ShapeTable = Field(
         default_factory=ShapeTable,
         description="a table such as { mode, amplitude }, { bend, twist }, { points, smoothing } or { run, frame }",
@@ -101,8 +105,10 @@ class SwimmersTable(EnsembleTable):
         plain_keys = ("bend", "twist", "moment", "drag_ratio", "drag_along", "rotational_drag", "couple")
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
+        random = [f"behaviour.{name}.{key}" for name, row in BEHAVIOURS.items() for key in row.parameters]
         named = [f"parameters.{name}" for name in raw.get("parameters") or ()]
-        return length_faults(raw, good, (*plain_keys, *nested, *of_flagella, *named)) + each_of_start(raw, good)
+        each = (*plain_keys, *nested, *of_flagella, *random, *named)
+        return length_faults(raw, good, each) + each_of_start(raw, good)
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:

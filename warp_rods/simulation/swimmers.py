@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
 
@@ -59,11 +60,20 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
         **_along(table),
         parameters=table.parameters,
         flagella=flagella,
+        **_behaviour(layout, table),
         shape=shape,
         **layout.outside(table.name),
         **placed,
         device=layout.device,
     )
+
+
+def _behaviour(layout: Layout, table: SwimmersTable) -> dict[str, Any]:
+    """What the rods do at random times, in streams that depend on the name of the ensemble and the number of a rod."""
+    if table.behaviour is None:
+        return {}
+    streams = (crc32(table.name.encode()) << 32) + np.arange(table.count, dtype=np.uint64)
+    return {"behaviour": table.behaviour.behaviours, "seed": layout.scene.seed, "streams": streams}
 
 
 def _along(table: SwimmersTable) -> dict[str, Any]:

@@ -74,7 +74,7 @@ CARRIER = ("displacement", "displacement_before", "velocity")
 """What steps keep of how a flow carries rods."""
 CONTACT = ("velocity", "lag", "velocity_tried", "lag_tried", "foretold")
 TRIAL = {
-    **dict.fromkeys(("end", "angle", "error", "roll_rate"), wp.float64),
+    **dict.fromkeys(("end", "limit", "angle", "error", "roll_rate"), wp.float64),
     **dict.fromkeys(("order", "status"), wp.int32),
     **dict.fromkeys(("angular_velocity", "velocity"), wp.vec3d),
 }
@@ -117,6 +117,7 @@ class Arrays:
     hold: Any = None  # Hold: ends held in space; None without them
     outside: Any = None  # Outside: flow, gravity, forces by formula; None without them
     couple: Any = None  # the rods' own couple about the tangent, half nodes [tile, node]; None until it is used
+    across: Any = None  # that across it, in the Bishop frame
 
     @property
     def stiffness(self) -> wp.array | None:
@@ -251,6 +252,19 @@ def allocate_couple(arrays: Arrays, couple: np.ndarray) -> None:
         balance.load = load
 
 
+def allocate_couple_across(arrays: Arrays) -> wp.array:
+    """The rods' own couple across the tangent, the same along a rod [tile]; zeros, which may be written."""
+    tiles, nodes = arrays.now.twist.shape
+    couple = wp.zeros(tiles, dtype=Pair, device=arrays.position.device)
+    arrays.across = along_rods(couple, nodes)
+    arrays.rods.forced = 1
+    for balance in (arrays.step_balance, arrays.balance):
+        load = balance.load
+        load.transverse_couple = arrays.across
+        balance.load = load
+    return couple
+
+
 def allocate_outside(arrays: Arrays, outside: Outside) -> None:
     """Arrays for what acts from outside; those for external forces must be there."""
     (rods, nodes), device = arrays.position.shape, arrays.position.device
@@ -258,6 +272,8 @@ def allocate_outside(arrays: Arrays, outside: Outside) -> None:
     arrays.rods.flowing = int(outside.flows)
     if arrays.couple is None:
         arrays.couple = constant_zero(tiles_of(rods), nodes, Lanes, device)
+    if arrays.across is None:
+        arrays.across = constant_zero(tiles_of(rods), nodes, Pair, device)
     for balance in (arrays.step_balance, arrays.balance):
         _allocate_load(balance, rods, nodes, device, OF_FLOW * outside.flows + OF_COUPLES * outside.turns)
     if outside.flows and not (arrays.rods.first.kind or arrays.rods.last.kind):
@@ -344,6 +360,7 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         hold=None if a.hold is None else slice_struct(Hold, a.hold, rods),
         outside=None if a.outside is None else slice_struct(kernels.Outside, a.outside, rods),
         couple=slice_array(a.couple, rods),
+        across=slice_array(a.across, rods),
     )
 
 
@@ -374,6 +391,7 @@ def _trial(rods: int, device: Any) -> Any:
     trial = Trial()
     for name, dtype in TRIAL.items():
         setattr(trial, name, per_rod(rods, dtype, device))
+    trial.limit.fill_(np.inf)
     return trial
 
 

@@ -170,7 +170,7 @@ class FreeLaunches:
         if a.outside is None:
             return
         if a.outside.flowing or a.outside.turning:
-            self._launch(outside.set_couple, _tiles(a), a.couple, balanced)
+            self._launch(outside.set_couple, _tiles(a), a.couple, a.across, a.outside, balanced)
         if a.outside.flowing:
             self._launch(outside.add_flow, _tiles(a), a.rods, a.rotation, a.outside, balanced)
         if a.outside.pushing:

@@ -28,6 +28,7 @@ from warp_rods.rods.free.arrays import (
     set_carrier,
     set_ends,
 )
+from warp_rods.rods.free.behaviour import Behaviours, behaviours_of, drag_of_turning, seed_and_streams, turning
 from warp_rods.rods.free.checks import (
     along_rods,
     check_nodes,
@@ -45,7 +46,7 @@ from warp_rods.rods.free.shapes import from_node, initial_strain
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
-from warp_rods.rods.per_rod import frames, named_numbers, parameter, vectors
+from warp_rods.rods.per_rod import each_rod, frames, named_numbers, parameter, vectors
 from warp_rods.rods.tiles import Tiled
 from warp_rods.rods.variables import SWIMMER_VARIABLES
 
@@ -80,8 +81,10 @@ class FreeRods(FreeReadings, Ensemble):
     rotation} (docs/model.md §2.11); positions and frames are then those of a held end.
 
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
-    strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free. position
-    [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
+    strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free. behaviour:
+    what rods with the law ``driven`` do at random times, ``{"reversal": {"rate": 0.5}, "tumble": {"rate": 1, …}}``; its
+    random numbers follow from the seed (0 to 2^64 − 1) and from streams [rod], whole numbers; default: 0, 1, ….
+    position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per
     length in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a
     ``wp.func`` ``(x, tangent, t) -> vec3d``; the columns of rotation are the directors of the Bishop frame, tangent
@@ -114,6 +117,7 @@ class FreeRods(FreeReadings, Ensemble):
     relaxation = Parameter("Relaxation time τf of the flagella [rod].")
     diffusion = Parameter("Diffusion D of the flagellar field [rod]; 0 for a law without diffusion.")
     flagella = Fixed[Flagella]("The flagella: profile at the start, activity law and its parameters.")
+    behaviour = Fixed[Mapping[str, Mapping[str, Any]]]("What the rods do at random times, with its parameters.")
     symmetric = Fixed[bool]("Whether the symmetry under rotation by π is imposed.")
 
     def __init__(
@@ -131,6 +135,9 @@ class FreeRods(FreeReadings, Ensemble):
         natural_twist: Any = 0.0,
         ends: Any = None,
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
+        behaviour: Mapping[str, Mapping[str, Any]] | None = None,
+        seed: int = 0,
+        streams: Any = None,
         shape: Any = None,
         couple: Any = 0.0,
         parameters: Mapping[str, Any] | None = None,
@@ -156,10 +163,14 @@ class FreeRods(FreeReadings, Ensemble):
         held = ends_of(ends, count, named)
         if symmetric and not (held[0].plain and held[1].plain):
             raise SceneError("symmetric = true: the ends must be free and without loads")
+        behaviours = behaviours_of(behaviour, count, read)
+        if symmetric and behaviours:
+            raise SceneError("symmetric = true: a behaviour could break the symmetry")
+        random = seed_and_streams(seed, streams, count)
         natural = Natural(natural_bend, natural_twist, count, nodes, named)
         turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True, named=named)
         outside = Outside(flow, gravity, forces, count)
-        fixed = {"flagella": read, "symmetric": symmetric, "ends": held}
+        fixed = {"flagella": read, "symmetric": symmetric, "ends": held, "behaviour": behaviours}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
         super().__init__(count, nodes, values, device, **fixed)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
@@ -174,6 +185,10 @@ class FreeRods(FreeReadings, Ensemble):
                 self._enable_couple()
             place = parameter("position", position, count, (arguments.ANY,) * 3)
             self._place(shape, place, frames(rotation, count), named)
+            self._behaviours: Behaviours | None = None
+            if behaviours:
+                drag = drag_of_turning(product(self.drag_along, self.drag_ratio), nodes)
+                self._behaviours = Behaviours(behaviours, self._arrays, law_parameters, drag, *random)
             self._launches = FreeLaunches(self._arrays, self._clock)
             self._holding: Holding | None = None
             if needs_places(*held):
@@ -261,7 +276,8 @@ class FreeRods(FreeReadings, Ensemble):
         midpoint.position.assign(position)
         self._arrays.pace.step.fill_(FIRST_STEP)
         in_a_plane = (bishop.imag == 0).all(axis=1) | (bishop.real == 0).all(axis=1)
-        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not self._turned)
+        turned = self._turned or turning(self.behaviour)
+        planar = in_a_plane & (strain[..., 0] == 0).all(axis=1) & (self.moment == 0) & (not turned)
         bend, twist = (v if v.ndim == 1 else v.max(axis=1) for v in (self.bend, self.twist))
         self._arrays.pace.highest_order.assign(highest_order(bend, twist, planar))
 
@@ -335,8 +351,23 @@ class FreeRods(FreeReadings, Ensemble):
         return self._natural.varies or moved
 
     def take_own_steps(self, time: float, allowed: float) -> None:
-        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f."""
+        """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.
+
+        Rods stop at their events: what happens there is not due before a time after it is asked for.
+        """
         self._launches.advance_past(time, allowed, time)
+        while self._behaviours is not None and self._behaviours.find_next() < time:
+            self._behaviours.meet(time)
+            self._launches.advance_past(time, allowed, time)
+
+    def next_event(self) -> float:
+        """The time of the next event of a rod; an event at the time reached happens."""
+        return np.inf if self._behaviours is None else self._behaviours.next_event(self.reached)
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """The number of events of each behaviour so far [rod]; the beginning and the end of a tumble are two."""
+        return {} if self._behaviours is None else self._behaviours.counts
 
     def gather(self) -> None:
         """Begin anew from the present state, with no past."""
@@ -472,7 +503,12 @@ class FreeRods(FreeReadings, Ensemble):
         return values
 
     def _settings(self, rod: int) -> dict[str, Any]:
-        return {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
+        settings = {"flagella": self.flagella.of_rod(rod, self.count), "symmetric": self.symmetric}
+        of_rod = {
+            name: {key: float(each_rod(v, self.count)[rod]) for key, v in b.items()}
+            for name, b in self.behaviour.items()
+        }
+        return settings | ({"behaviour": of_rod} if of_rod else {})
 
     def arrays_of_state(self) -> dict[str, wp.array | Tiled]:
         """Every device array that the next step depends on."""
@@ -487,6 +523,8 @@ class FreeRods(FreeReadings, Ensemble):
             arrays |= {f"carrier_{name}": getattr(a.midpoint.carrier, name) for name in CARRIER}
         arrays |= {f"pace_{name}": getattr(a.pace, name) for name in PACE}
         arrays |= {"status": a.rods.status, "failed_at": a.failed_at}
+        if self._behaviours is not None:
+            arrays |= self._behaviours.arrays_of_state()
         return arrays
 
     def check_state(self, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -510,6 +548,9 @@ class FreeRods(FreeReadings, Ensemble):
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Return to a ``state`` of an ensemble with the same parameters."""
         super().restore(state)
+        if self._behaviours is not None:
+            with exclusive:
+                self._behaviours.set_targets()
         self._launches.show_at(self.time)
         if self._arrays.force is not None:
             self._launches.find_frames()

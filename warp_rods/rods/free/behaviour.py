@@ -1,0 +1,171 @@
+"""What rods of an ensemble do at random times: their events, and the targets of their flagella meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warp_rods import arguments
+from warp_rods.device import exclusive
+from warp_rods.errors import SceneError, named, refuse_unknown
+from warp_rods.kernels.free import behaviour as kernels
+from warp_rods.kernels.layout import to_host
+from warp_rods.rods.free.arrays import Arrays, allocate_couple_across
+from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.per_rod import each_rod
+from warp_rods.rods.status import Status
+from warp_rods.scene.behaviour import BEHAVIOURS
+from warp_rods.scene.flagella import LAWS
+from warp_rods.values import plain
+
+__all__ = ["EVENTS", "Behaviours", "behaviours_of", "drag_of_turning", "seed_and_streams", "turning"]
+
+EVENTS = {"event_time": "time", "event_count": "count"}
+"""Name in a state → array of events."""
+TARGET = ("front", "back")
+"""The first parameters of a law that behaviours act on."""
+NEAR = 2e-14
+"""A time is that of an event if it is nearer than this, relative."""
+WORDS = 2**64
+"""Seeds and streams are below this."""
+
+
+def behaviours_of(given: Any, count: int, flagella: Flagella) -> dict[str, dict[str, Any]]:
+    """Behaviours by name, each with its parameters by name, as plain values; raises SceneError for impossible ones."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise arguments.wrong("behaviour", given, "a mapping of behaviours to mappings of their parameters")
+    found = {}
+    for name, values in given.items():
+        row = named(BEHAVIOURS, "behaviour", name)
+        if not isinstance(values, Mapping):
+            raise arguments.wrong(f"behaviour.{name}", values, f"a mapping of {', '.join(row.parameters)}")
+        refuse_unknown(values, row.parameters, f"behaviour.{name}")
+        for key in row.parameters:
+            allowed = row.words(key)
+            if key not in values:
+                raise SceneError(f"behaviour.{name}.{key}: missing; must be {allowed}")
+            read = arguments.reals(f"behaviour.{name}.{key}", values[key])
+            if read.shape not in ((), (count,)) or not all(row.allows(key, value) for value in read.flat):
+                raise arguments.wrong(f"behaviour.{name}.{key}", values[key], f"{allowed}, for all rods or for each")
+        found[name] = plain(dict(values))
+    if found and tuple(LAWS[flagella.law].parameters)[:2] != TARGET:
+        laws = [f'"{name}"' for name, law in LAWS.items() if tuple(law.parameters)[:2] == TARGET]
+        raise SceneError(
+            f"behaviour: acts on the target of the flagella, which the law {flagella.law} does not have; use "
+            f"flagella.law = {' or '.join(laws)}"
+        )
+    return found
+
+
+def seed_and_streams(seed: Any, streams: Any, count: int) -> tuple[int, np.ndarray]:
+    """The seed, and the number of the stream of each rod [rod]; raises SceneError for impossible ones."""
+    seed = arguments.whole("seed", seed, 0)
+    if seed >= WORDS:
+        raise arguments.wrong("seed", seed, "below 2^64")
+    if streams is None:
+        return seed, np.arange(count, dtype=np.uint64)
+    given = np.asarray(streams)
+    if given.shape != (count,) or given.dtype.kind not in "iu" or (given < 0).any():
+        raise arguments.wrong("streams", streams, f"whole numbers from 0 to 2^64 − 1, one for each of {count} rods")
+    return seed, given.astype(np.uint64)
+
+
+def turning(behaviours: Iterable[str]) -> bool:
+    """Whether behaviours of these names turn rods."""
+    return any(BEHAVIOURS[name].turns for name in behaviours)
+
+
+def drag_of_turning(drag: np.ndarray, nodes: int) -> np.ndarray:
+    """∫ ζ⊥ s² ds about the centre of drag [rod], of a straight rod of length 1; drag: ζ⊥ [rod] or [rod, node]."""
+    s, weights = np.linspace(-0.5, 0.5, nodes), np.full(nodes, 1 / (nodes - 1))
+    weights[[0, -1]] /= 2
+    weights = weights * (drag[:, None] if drag.ndim == 1 else drag)
+    arm = s - (weights @ s / weights.sum(axis=1))[:, None]
+    return np.asarray((weights * arm**2).sum(axis=1))
+
+
+class Behaviours:
+    """The events of the rods of ``arrays`` under ``behaviours``, with random numbers by seed and stream of a rod.
+
+    law: the parameters of the law of the flagella [rod, 4]. drag: ``drag_of_turning``.
+    """
+
+    def __init__(
+        self,
+        behaviours: Mapping[str, Mapping[str, Any]],
+        arrays: Arrays,
+        law: np.ndarray,
+        drag: np.ndarray,
+        seed: int,
+        streams: np.ndarray,
+    ):
+        self._names, self._arrays = list(behaviours), arrays
+        rods, device = len(law), arrays.position.device
+        self._device, self._next = device, 0.0
+        values = np.zeros((rods, len(behaviours), 4))
+        for column, (name, given) in enumerate(behaviours.items()):
+            for k, key in enumerate(BEHAVIOURS[name].parameters):
+                values[:, column, k] = each_rod(given[key], rods)
+        b = self._struct = kernels.Behaviours()
+        kinds = [int(getattr(kernels, BEHAVIOURS[name].kernel)) for name in behaviours]
+        b.kind = wp.array(kinds, dtype=wp.int32, device=device)
+        b.parameters = wp.array(values, dtype=kernels.Numbers, device=device)
+        b.time = wp.zeros(values.shape[:2], dtype=wp.float64, device=device)
+        b.count = wp.zeros(values.shape[:2], dtype=wp.int32, device=device)
+        b.target = wp.array(law[:, None], dtype=kernels.Numbers, device=device)
+        b.drag = wp.array(drag, dtype=wp.float64, device=device)
+        if turning(behaviours):
+            b.couple = allocate_couple_across(arrays)
+        b.stream = wp.array(streams, dtype=wp.uint64, device=device)
+        b.seed = wp.uint64(seed)
+        self._launch(kernels.start, values.shape[:2], b)
+        self.set_targets()
+
+    def _launch(self, kernel: Any, dim: Any, *inputs: Any) -> None:
+        wp.launch(kernel, dim=dim, inputs=list(inputs), device=self._device)
+
+    @property
+    def counts(self) -> dict[str, np.ndarray]:
+        """The number of events of each behaviour so far [rod]."""
+        with exclusive:
+            counts = to_host(self._struct.count)
+        return {name: counts[:, column] for column, name in enumerate(self._names)}
+
+    def arrays_of_state(self) -> dict[str, wp.array]:
+        """What the next events depend on."""
+        return {name: getattr(self._struct, array) for name, array in EVENTS.items()}
+
+    def set_targets(self) -> None:
+        """Make targets and limits of steps those that follow from the events so far."""
+        a = self._arrays
+        self._launch(kernels.set_targets, a.now.twist.shape[0], a.rods, a.trial, self._struct)
+        self._find_next()
+
+    def next_event(self, reached: float) -> float:
+        """The time of the next event of a rod that is not frozen, after those at the time reached have happened."""
+        if self._next <= reached * (1 + NEAR):
+            self.meet(np.inf)
+        return self._next
+
+    def meet(self, before: float) -> float:
+        """Let events of rods that have come to one happen, if it is before a time; returns the time of the next one."""
+        a = self._arrays
+        with exclusive:
+            state = (a.rods, a.pace, a.contact, a.trial)
+            self._launch(kernels.meet_events, a.now.twist.shape[0], *state, before, self._struct)
+            return self._find_next()
+
+    def find_next(self) -> float:
+        """The time of the next event of a rod that is not frozen."""
+        with exclusive:
+            return self._find_next()
+
+    def _find_next(self) -> float:
+        limit, status = self._arrays.trial.limit.numpy(), self._arrays.rods.status.numpy()
+        self._next = float(np.min(limit, where=status == Status.OK, initial=np.inf))
+        return self._next

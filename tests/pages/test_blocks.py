@@ -6,6 +6,7 @@ import tomllib
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
@@ -14,12 +15,12 @@ import warp_rods as wr
 from pages.blocks import LANGUAGES, NOT_RUN, PAGES, ROOT, RUNS_BEFORE, SHORTENED, Block, blocks_of, reason_not_to_run
 from warp_rods.cli import app
 
-LONG = {"start.md", "analyse.md", "fixed_shapes.md", "loop.md"}
+LONG = {"start.md", "analyse.md", "fixed_shapes.md", "loop.md", "own_force.md", "own_membrane.md"}
 """Pages whose blocks take more than about ten seconds."""
 COMMANDS = get_command(app).commands
 SURFACE = {"kind": "sphere", "radius": 1.0}
-CELLS = [{"name": "cells", "nodes": 17, "bend": 1e-2, "twist": 1e-2}]
-SENSORS = [{"name": "sensors", "count": 2, "nodes": 9, "length": 0.3}]
+CELLS = [{"name": "cells", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-2}]
+SENSORS = [{"name": "sensors", "count": 2, "nodes": 9, "length": 0.3, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}]
 
 
 @pytest.mark.parametrize(
@@ -32,6 +33,8 @@ def test_the_blocks_of_a_page_run_in_their_order(page, tmp_path, monkeypatch):
     _clone_into(tmp_path)
     for name in RUNS_BEFORE.get(page.name, ()):
         wr.run(f"scenes/{name}.toml", device="cpu")
+    if page.name == "membranes.md":
+        _write_stack(tmp_path / "nuclei.ome.tif")
     names: dict = {}
     for block in blocks_of(page):
         assert block.language in LANGUAGES, f"{page.name}, line {block.line}: ```{block.language}"
@@ -58,6 +61,14 @@ def _clone_into(folder: Path) -> None:
             (scenes / path.name).write_text(text, encoding="utf-8")
         elif path.is_file():
             (scenes / path.name).symlink_to(path)
+
+
+def _write_stack(path: Path) -> None:
+    """A segmented stack, as somebody may have: a ball with the label 7."""
+    import tifffile
+
+    z, y, x = np.mgrid[-2.1:2.1:15j, -2.1:2.1:43j, -2.1:2.1:43j]
+    tifffile.imwrite(path, np.uint8(7 * (x**2 + y**2 + z**2 < 1.5**2)), metadata={"axes": "ZYX"})
 
 
 def _run_python(page: Path, block: Block, names: dict) -> None:

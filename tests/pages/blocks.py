@@ -14,9 +14,7 @@ LANGUAGES = {"python", "toml", "bash", "", "text"}
 NOT_RUN = {
     r"python3 -m venv .*": "needs the network: .ci/run runs the line of the tests, and the other one installs less",
     r"pip install .*": "needs the network, and may run for twenty minutes: tests/bench has the reduced forms",
-    r"mkdocs serve": "does not end; .ci/run builds the site",
     r"python -m pytest --validate": "takes a quarter of an hour: it is run before a release",
-    r"warp-rods run scenes/swarm_2d\.toml": "takes minutes: tests/simulation/test_scenes.py has its start",
 }
 """Lines of a shell that are not run, as patterns of the whole line, with the reason."""
 

@@ -15,7 +15,7 @@ import warp_rods as wr
 from pages.blocks import LANGUAGES, NOT_RUN, PAGES, ROOT, RUNS_BEFORE, SHORTENED, Block, blocks_of, reason_not_to_run
 from warp_rods.cli import app
 
-LONG = {"start.md", "analyse.md", "fixed_shapes.md", "loop.md", "own_force.md", "own_membrane.md"}
+LONG = {"start.md", "analyse.md", "fixed_shapes.md", "gpu.md", "loop.md", "own_force.md", "own_membrane.md"}
 """Pages whose blocks take more than about ten seconds."""
 COMMANDS = get_command(app).commands
 SURFACE = {"kind": "sphere", "radius": 1.0}

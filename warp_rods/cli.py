@@ -18,31 +18,26 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from warp_rods import cli_look, completion
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
 from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
-from warp_rods.terminal import open_streams
+from warp_rods.terminal import open_streams, show_error
 
 app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
-    help="Rods at low Reynolds number: proteins on membranes, swimming cells. Start with: warp-rods run SCENE",
+    help="Rods at low Reynolds number: proteins on membranes, swimming cells. Start with: warp-rods",
 )
 
-SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene in TOML, such as scenes/proteins.toml")]
-RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run")]
-
-
-def _out(what: str) -> Any:
-    """The option --out, which may not be empty, as a variable of a shell that is not set would be."""
-
-    def folder(text: str) -> Path:
-        if not text:
-            raise typer.BadParameter('"": must be the path of a folder')
-        return Path(text)
-
-    return typer.Option(parser=folder, metavar="<path>", help=what)
+SceneFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SCENE",
+        help="A scene in TOML, or the name of one of those that warp-rods scenes lists",
+        autocompletion=completion.scenes,
+    ),
+]
+RunDir, _out = cli_look.RunDir, cli_look.out_option
 
 
 def _version(wanted: bool) -> None:
@@ -58,12 +53,20 @@ def _start_warp() -> None:
     start()
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def options(
+    context: typer.Context,
     _version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version")
     ] = False,
-) -> None: ...
+) -> None:
+    if context.invoked_subcommand is None:
+        from warp_rods.front_page import front_page
+
+        print("warp-rods simulates thin elastic rods at low Reynolds number: proteins on membranes, swimming cells.\n")
+        rows = front_page(Path())
+        for command, what in rows:
+            print(f"  {command:{max(len(command) for command, _ in rows)}}  {what}")
 
 
 @app.command()
@@ -81,9 +84,11 @@ def run(
 ) -> None:
     """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
     from warp_rods.scene.scene import Scene
+    from warp_rods.scene.shipped import find_scene
     from warp_rods.simulation.estimates import check_memory
     from warp_rods.simulation.files import default_folder
 
+    scene = find_scene(scene)
     loaded = Scene.load(scene)
     check_memory(loaded)  # before the slow imports
     _start_warp()
@@ -106,6 +111,7 @@ def run(
     console.print(summary(done.data, done.order))
     speed = done.rod_steps / done.seconds if done.seconds else 0.0
     console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+    console.print(f"to see them: warp-rods plot {done.folder}; for other programs: warp-rods export {done.folder}")
     if done.lost:
         raise typer.Exit(RodFailure.exit_code)
 
@@ -128,7 +134,14 @@ def _log_to(console: Console) -> None:
 
 @app.command()
 def check(
-    scene: Annotated[Path, typer.Argument(metavar="SCENE|DIR", help="A scene in TOML, or the folder of a run")],
+    scene: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCENE|DIR",
+            help="A scene in TOML, the name of a shipped one, or the folder of a run",
+            autocompletion=completion.scenes,
+        ),
+    ],
 ) -> None:
     """Check a scene: place its rods; report size, time, frames and warnings. Of a run: read all of it, find damage."""
     _start_warp()
@@ -137,9 +150,10 @@ def check(
 
         print(check_run(scene))
         return
+    from warp_rods.scene.shipped import find_scene
     from warp_rods.simulation.check_scene import check_scene
 
-    print(check_scene(scene))
+    print(check_scene(find_scene(scene)))
 
 
 def _export(run_dir: Path, **wanted: bool) -> None:
@@ -174,7 +188,14 @@ add_export(app)
 
 @app.command()
 def reproduce(
-    name: Annotated[str, typer.Argument(metavar="list|NAME|all", help="list shows the names; all runs every one")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="list|NAME|all",
+            help="list shows the names; all runs every one",
+            autocompletion=completion.reproductions,
+        ),
+    ],
     quick: Annotated[
         bool, typer.Option("--quick", help="Reduced forms: coarser grids, shorter times, fewer rods")
     ] = False,
@@ -191,14 +212,19 @@ def reproduce(
     _start_warp()
     outcomes = reproduce.run([name], quick, out, Console(markup=False, highlight=False))
     if failed := [outcome.name for outcome in outcomes if outcome.error]:
-        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        show_error(f"failed: {', '.join(failed)}")
         raise typer.Exit(1)
 
 
 @app.command()
 def bench(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="list|NAME...", help="list shows the names; without one all are run")
+        list[str] | None,
+        typer.Argument(
+            metavar="list|NAME...",
+            help="list shows the names; without one all are run",
+            autocompletion=completion.benchmarks,
+        ),
     ] = None,
     out: Annotated[Path, _out("The file of results; figures go beside it")] = Path("benchmarks/RESULTS.md"),
     against: Annotated[
@@ -216,7 +242,7 @@ def bench(
         return
     console = Console(markup=False, highlight=False)
     if failed := bench.run(names or [], out, against=against, quick=quick, console=console):
-        print(f"error: failed: {', '.join(failed)}", file=sys.stderr)
+        show_error(f"failed: {', '.join(failed)}")
         raise typer.Exit(1)
 
 
@@ -227,6 +253,9 @@ def devices() -> None:
 
     for device in known():
         print(f"{device.alias}: {device.name}")
+
+
+cli_look.add_to(app)
 
 
 def main() -> None:
@@ -243,12 +272,12 @@ def main() -> None:
             process.terminate()
         raise
     except WarpRodsError as error:
-        print(f"error: {error}", file=sys.stderr)
+        show_error(str(error))
         sys.exit(error.exit_code)
     except OSError as error:
         from warp_rods.device import said
 
-        print(f"error: {said(error)}", file=sys.stderr)
+        show_error(said(error))
         sys.exit(2)
 
 

@@ -1,4 +1,4 @@
-"""Progress of what takes longer than two seconds: a bar on a terminal, and elsewhere a line now and then."""
+"""Progress of what takes longer than two seconds: a bar on a terminal or in a notebook, else a line now and then."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LINE_EVERY = 30.0
 
 
 class Bar:
-    """A progress bar with the label ``what``, a context manager; a terminal shows it after two seconds.
+    """A progress bar with the label ``what``, a context manager; a terminal or a notebook shows it after two seconds.
 
     Without a terminal a line tells every half a minute how much is done and how long the rest will take.
 
@@ -34,9 +34,10 @@ class Bar:
         self._what, self._total, self._console, self._done = what, total, console, done
         self._began, self._shown, self._done_before = time.monotonic(), float("-inf"), done
         self._note = ""
-        self._lines = Lines(self._line, console)
+        self._lines = Lines(self._line, console, bar_in_notebook=True)
         self._progress: Any = None
         self._task: Any = None
+        self._in_notebook: Any = None
 
     def __enter__(self) -> Bar:
         self._lines.start(LINE_EVERY)
@@ -47,6 +48,8 @@ class Bar:
         if self._progress is not None:
             self._progress.update(self._task, completed=self._done)
             self._progress.stop()
+        if self._in_notebook is not None:
+            self._in_notebook.close()
 
     def update(self, done: int, note: str = "") -> None:
         """Set how much of the total is done, and a note shown beside the bar."""
@@ -54,9 +57,19 @@ class Bar:
         if now - self._began < WAIT or now - self._shown < REFRESH or self._lines.wanted:
             return
         self._shown = now
+        if self._lines.console.is_jupyter:
+            self._show_in_notebook()
+            return
         if self._progress is None:
             self._start()
         self._progress.update(self._task, completed=done, note=note)
+
+    def _show_in_notebook(self) -> None:
+        from warp_rods.notebook import Shown
+
+        if self._in_notebook is None:
+            self._in_notebook = Shown()
+        self._in_notebook.update(self._done / self._total if self._total else 1.0, self._line())
 
     def _line(self) -> str:
         """What, how much of it, how long the rest takes if it goes on like this, and the note."""
@@ -77,10 +90,13 @@ class Bar:
 
 
 class Lines:
-    """Lines about what goes on, as a function ``line`` tells, every half a minute; only where there is no terminal."""
+    """Lines about what goes on, as a function ``line`` tells, every half a minute; only where there is no terminal.
 
-    def __init__(self, line: Callable[[], str], console: Console | None = None):
-        self._line, self._console = line, console
+    bar_in_notebook: whether a notebook shows a bar instead.
+    """
+
+    def __init__(self, line: Callable[[], str], console: Console | None = None, *, bar_in_notebook: bool = False):
+        self._line, self._console, self._bar_in_notebook = line, console, bar_in_notebook
         self._done = threading.Event()
 
     @property
@@ -94,8 +110,8 @@ class Lines:
 
     @property
     def wanted(self) -> bool:
-        """Whether there is no terminal, which shows a bar instead."""
-        return not self.console.is_terminal
+        """Whether there is nothing that shows a bar instead."""
+        return not (self.console.is_terminal or (self._bar_in_notebook and self.console.is_jupyter))
 
     def start(self, first: float) -> None:
         """Tell after ``first`` seconds and then every half a minute; from a thread, as one step may take longer."""
@@ -131,10 +147,22 @@ def with_progress(items: Sequence[Item], what: str) -> Iterator[Item]:
 def waiting(what: str, console: Console | None = None) -> Iterator[None]:
     """Show that something goes on whose end cannot be foretold; without a terminal in a line now and then."""
     began = time.monotonic()
-    lines = Lines(lambda: f"{what}: {in_words(time.monotonic() - began)} so far", console)
+    lines = Lines(lambda: f"{what}: {in_words(time.monotonic() - began)} so far", console, bar_in_notebook=True)
     lines.start(WAIT)
     try:
-        with lines.console.status(f"{what} …"):  # nothing without a terminal
+        with _in_notebook(what) if lines.console.is_jupyter else lines.console.status(f"{what} …"):
             yield
     finally:
         lines.close()
+
+
+@contextlib.contextmanager
+def _in_notebook(what: str) -> Iterator[None]:
+    from warp_rods.notebook import Shown
+
+    shown = Shown()
+    shown.update(None, f"{what} …")
+    try:
+        yield
+    finally:
+        shown.close()

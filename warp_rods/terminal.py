@@ -13,7 +13,7 @@ import select
 import sys
 import unicodedata
 
-__all__ = ["open_streams"]
+__all__ = ["open_streams", "show_error"]
 
 SPELLED = {
     "…": "...", "–": "-", "—": "-", "−": "-", "→": "->", "×": "x", "·": ".", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=",
@@ -71,3 +71,9 @@ def open_streams() -> None:
         buffer = io.BufferedWriter(raw)
         lasting = io.TextIOWrapper(buffer, stream.encoding, "spelled", line_buffering=True)
         setattr(sys, name, lasting)
+
+
+def show_error(text: str) -> None:
+    """Write a message to standard error; its first word is red on a terminal, unless NO_COLOR is set."""
+    coloured = sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    print(f"\x1b[1;31merror:\x1b[0m {text}" if coloured else f"error: {text}", file=sys.stderr)

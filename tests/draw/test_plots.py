@@ -61,3 +61,15 @@ def test_a_rod_in_front_hides_one_behind():
         axes = plots.figure().subplots()
         plots.tubes(axes, lines, values, view=(-90.0, 90.0), colour_map="gray")
         assert axes.collections[0].get_facecolors()[-1][:3].max() > 0.3
+
+
+def test_panels_of_one_scale_hold_their_drawings_in_the_middle():
+    panels = list(plots.figure(plots.COLUMN, 40.0).subplots(1, 2))
+    plots.tubes(panels[0], [COIL])
+    plots.tubes(panels[1], [2 * COIL + 5])
+    before = [np.array([axes.get_xlim(), axes.get_ylim()]) for axes in panels]
+    plots.one_scale(panels)
+    after = [np.array([axes.get_xlim(), axes.get_ylim()]) for axes in panels]
+    np.testing.assert_allclose(np.ptp(after[0], axis=1), np.ptp(after[1], axis=1))
+    np.testing.assert_allclose(after[1], before[1])
+    np.testing.assert_allclose(after[0].mean(axis=1), before[0].mean(axis=1))

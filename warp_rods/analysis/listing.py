@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import inspect
 import re
 import shutil
@@ -15,6 +14,7 @@ from typing import Literal
 import xarray as xr
 
 from warp_rods.analysis.conditions import Condition
+from warp_rods.notebook import html_table
 
 MEMBRANE = "membrane"
 """Listed among the needs of a measure that takes the membrane as its second argument."""
@@ -83,8 +83,7 @@ class Measures(dict[str, Measure]):
 
     def _repr_html_(self) -> str:
         rows = [("of", *_COLUMNS), *((row.of, name, *row.cells()) for name, row in self.items())]
-        cells = ["".join(f"<td style='text-align: left'>{html.escape(cell)}</td>" for cell in row) for row in rows]
-        return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+        return html_table(rows[1:], rows[0])
 
 
 def _lines(cells: tuple[str, ...], width: list[int]) -> list[str]:

@@ -43,6 +43,11 @@ def plain_numbers(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+def above(axes: Any) -> None:
+    """The legend in one row above the axes, where it is over no line and takes no width."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
+
+
 def panels(axes: Any, rows: int) -> list[Any]:
     """Panels above each other that replace these axes; the figure becomes higher for each additional one."""
     if rows == 1:

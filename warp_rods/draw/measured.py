@@ -15,6 +15,7 @@ import xarray as xr
 
 from warp_rods.analysis.registry import MEASURES, measure, named
 from warp_rods.draw import correlations, distributions, maps, over_time, plots
+from warp_rods.draw.views import View, options_of, views
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,23 +64,39 @@ PLOTS: dict[str, Callable[..., None]] = {
 
 
 def plot(data: xr.Dataset | xr.DataTree, name: str, path: str | Path | None = None, **options: Any) -> Figure:
-    """The figure of one measure; saved as ``path``.png and ``path``.svg where a path is given.
+    """The figure of one measure, or of what a trajectory holds; saved as ``path``.png and .svg where a path is given.
 
-    ``data``: the result of ``measure``, or data that ``measure`` takes. Options go to the plot function or to the
-    measure, whichever accepts them. Raises ValueError as ``measure`` does, and where the measure has no plot.
+    ``data``: the result of ``measure``, or data that ``measure`` takes; one ensemble for the names of ``views``, such
+    as "energies" and "kymograph_twist". Options go to the plot function or to the measure, whichever accepts them.
+    Raises ValueError as ``measure`` does, and where the measure has no plot.
     """
+    if isinstance(data, xr.Dataset) and name not in MEASURES and (row := views(data).get(name)) is not None:
+        return _drawn(lambda axes: row.function(axes, data, **_checked(name, row, options)), path)
     named(MEASURES, name)
     if name not in PLOTS:
         raise ValueError(f"{name} has no plot: give it a row of warp_rods.draw.measured.PLOTS")
     draw = PLOTS[name]
     own = {key: value for key, value in options.items() if key in list(inspect.signature(draw).parameters)[2:]}
     measured = _measured(data, name, {key: value for key, value in options.items() if key not in own})
+    values = measured[name] if set(measured.data_vars) == {name} else measured
+    return _drawn(lambda axes: draw(axes, values, **own), path)
+
+
+def _drawn(draw: Callable[[Any], None], path: str | Path | None) -> Figure:
+    """A figure with what a function draws on its axes."""
     with plots.style():
         figure = plots.figure()
-        draw(figure.add_subplot(), measured[name] if set(measured.data_vars) == {name} else measured, **own)
+        draw(figure.add_subplot())
     if path is not None:
         plots.save(figure, path)
     return figure
+
+
+def _checked(name: str, row: View, options: dict[str, Any]) -> dict[str, Any]:
+    """The options of a view; raises ValueError for one that it does not take."""
+    for option in options.keys() - set(options_of(row)):
+        raise ValueError(f"{option}: not an option of {name}, which takes {', '.join(options_of(row)) or 'none'}")
+    return options
 
 
 def _measured(data: xr.Dataset | xr.DataTree, name: str, options: dict[str, Any]) -> xr.Dataset:

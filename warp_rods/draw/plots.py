@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rods.draw.style import COLOUR_MAP, COLUMN, OKABE_ITO, PAGE, RESOLUTION, STYLE, style
-from warp_rods.draw.tubes import scale_bar, tubes
+from warp_rods.draw.tubes import one_scale, scale_bar, tubes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,6 +28,7 @@ __all__ = [
     "RESOLUTION",
     "STYLE",
     "figure",
+    "one_scale",
     "panel_title",
     "save",
     "scale_bar",

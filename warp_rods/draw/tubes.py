@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from warp_rods.draw.style import COLOUR_MAP, OKABE_ITO
 
-__all__ = ["scale_bar", "tubes"]
+__all__ = ["one_scale", "scale_bar", "tubes"]
 
 SIDES = 14
 """Sides of a tube's cross-section."""
@@ -59,6 +60,15 @@ def tubes(
     axes.set_axis_off()
     axes.autoscale_view()
     return mapped
+
+
+def one_scale(panels: Sequence[Any]) -> None:
+    """Give panels of tubes one scale, by which the largest drawing fills its panel; each stays in the middle of its."""
+    limits = [np.array([axes.get_xlim(), axes.get_ylim()]) for axes in panels]
+    half = np.max([np.ptp(each, axis=1) for each in limits], axis=0) / 2
+    for axes, each in zip(panels, limits, strict=True):
+        (left, bottom), (right, top) = each.mean(axis=1) - half, each.mean(axis=1) + half
+        axes.set(xlim=(left, right), ylim=(bottom, top))
 
 
 def scale_bar(axes: Any, length: float, label: str) -> None:

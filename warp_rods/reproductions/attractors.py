@@ -15,7 +15,6 @@ from warp_rods.reproductions.result import Comparison, Result
 from warp_rods.reproductions.swimmers import LATE, SAVE_EVERY, STARTS, Case, late_frames, late_times, simulate
 
 VIEW = (-70.0, 35.0)
-PANEL_WIDTH = 0.85
 """Width of a panel of Fig 4.3, in units of L."""
 SPEED_TOLERANCE = 0.02
 """Largest relative difference of the mean speed |u| of the midpoint between two late motions that count as equal."""
@@ -136,7 +135,7 @@ def _figure(motion: xr.Dataset, coordinates: xr.DataArray, starts: list[str], cy
     axes.tick_params(pad=-2)
     axes.locator_params(nbins=5)
     axes.view_init(22, -55)
-    axes.set_box_aspect((1, 1, 0.8), zoom=1.05)
+    axes.set_box_aspect((1, 1, 0.8), zoom=1.2)
     bottom.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=0.8)
     return figure
 
@@ -155,10 +154,7 @@ def _snapshots(figure: Any, motion: xr.Dataset, cycle_time: float) -> None:
     panels = figure.subplots(2, 3)
     for axes, line, bend, frame in zip(panels.flat, lines, bending, frames, strict=True):
         drawn = plots.tubes(axes, [line], [bend], radius=0.024, view=VIEW, limits=limits)
-        axes.set_xlim(-PANEL_WIDTH / 2, PANEL_WIDTH / 2)
-        axes.set_ylim(-0.3, 0.3)
-        axes.text(-PANEL_WIDTH / 2, 0.24, f"t = {time[frame]:.2f}", fontsize=6)
-    plots.scale_bar(panels[1, 0], 0.5, "L/2")
-    for axes in panels.flat:
-        axes.set_ylim(panels[1, 0].get_ylim())
+        axes.set_title(f"t = {time[frame]:.2f}", fontsize=6)
+    plots.scale_bar(panels[1, 0], 0.25, "L/4")
+    plots.one_scale(list(panels.flat))
     figure.colorbar(drawn, ax=panels, shrink=0.7, aspect=18, label="bending $|\\Omega_\\perp|$ (1/L)")

@@ -99,7 +99,7 @@ def _table(branches: tuple[Branch, Branch], bends: np.ndarray, both: Sweeps) -> 
 
 
 def _portrait(branches: tuple[Branch, Branch], bends: np.ndarray, both: Sweeps) -> Any:
-    figure = plots.figure(plots.COLUMN, 82)
+    figure = plots.figure(plots.COLUMN, 68)
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     shown = round(SHOWN_TIME / FRAME)
     for bend, pair in zip(bends, both, strict=True):
@@ -122,7 +122,7 @@ def _portrait(branches: tuple[Branch, Branch], bends: np.ndarray, both: Sweeps) 
     axes.set_zlabel("$a_2$ ($1/L$)", labelpad=-6)
     axes.tick_params(pad=-3)
     axes.view_init(elev=22, azim=-62)
-    axes.set_box_aspect((1.6, 1, 1), zoom=0.88)
+    axes.set_box_aspect((1.6, 1, 1), zoom=1.02)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
 

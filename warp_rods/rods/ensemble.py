@@ -20,6 +20,7 @@ from warp_rods.device import device as device_of
 from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
+from warp_rods.notebook import html_table
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.per_rod import check_step, vectors
@@ -141,6 +142,12 @@ class Ensemble(Readings):
         state = f"{frozen} of them frozen" if frozen else "all ok"
         rods = f"{self.count} rod{'s' if self.count > 1 else ''} of {self.nodes} nodes"
         return f"<{type(self).__name__}: {rods} on {self.device}, t = {self.time:g}, {state}>"
+
+    def _repr_html_(self) -> str:
+        frozen = [Status(value) for value in self.status if value != Status.OK]
+        lost = [("frozen", f"{frozen.count(one)}: a rod that {one.words}") for one in dict.fromkeys(frozen)]
+        rows = [("rods", self.count), ("nodes", self.nodes), ("device", self.device), ("time", f"{self.time:g}"), *lost]
+        return html_table(rows, title=type(self).__name__)
 
     # --- steps ------------------------------------------------------------------------------------------------------
 

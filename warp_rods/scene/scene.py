@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError
 from warp_rods.errors import SceneError
 from warp_rods.kernels.contact.cutoff import CUTOFF
 from warp_rods.membranes.catalogue import KINDS, motion_faults
+from warp_rods.notebook import html_table
 from warp_rods.scene.box import ROOMS, Box
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.cosserat import CosseratTable
@@ -116,6 +117,17 @@ class Scene(Table):
         return "; ".join([*parts, *(["steric"] if self.steric else []), f"until t = {self.time.end:g}>"])
 
     __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        rods = [
+            (table.name, _called(kind, 2), table.count, table.nodes)  # type: ignore[attr-defined]
+            for kind in ENSEMBLES
+            for table in getattr(self, kind)
+        ]
+        others = {"surface": self.surface, "box": self.box, "flow": self.flow}
+        rows = [(key, table.kind, "", "") for key, table in others.items() if table is not None]
+        until = ("time", f"until t = {self.time.end:g}", f"frames {self.time.save_every:g} apart", "")
+        return html_table([*rods, *rows, until], ("ensemble", "kind", "rods", "nodes"), self.title or "Scene")
 
     def to_toml(self) -> str:
         """The scene as TOML text with every default filled in; ``parse`` returns an equal scene."""

@@ -12,7 +12,7 @@ from time import perf_counter as clock
 from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
+from filelock import FileLock
 
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
@@ -24,8 +24,9 @@ from warp_rods.simulation.kept_surfaces import NAMES, KeptSurfaces, with_files
 from warp_rods.simulation.leftovers import clear_leftovers, is_being_made, new_store, old_store
 from warp_rods.simulation.storage import StorageError, told_with_remedy
 from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
+from warp_rods.simulation.under_way import UNDER_WAY, lock_folder
 
-SCENE, LOCK = "scene.toml", ".lock"
+SCENE = "scene.toml"
 ANIMATION = "animation.usdc"
 FRAMES_EVERY = 0.25
 """Seconds for which frames wait in memory at most, as writing them takes 10 ms whether they are one or many."""
@@ -143,7 +144,7 @@ class RunFolder:
         """
         with told_with_remedy(path):
             path.mkdir(parents=True, exist_ok=True)
-            lock = _lock(path)
+            lock = lock_folder(path)
             try:
                 cls.check_free(path, overwrite)
                 if cls.mark(path) != expected:
@@ -165,7 +166,7 @@ class RunFolder:
 
                 attributes = {**attributes, "scene": text, KEPT: surfaces.origins}
                 writer = TrajectoryWriter.create(path / STORE, groups, attributes, companions)
-                clear_leftovers(path, PARTS)
+                clear_leftovers(path, (*PARTS, UNDER_WAY))
             except BaseException:
                 lock.release()
                 raise
@@ -185,14 +186,14 @@ class RunFolder:
         or something is damaged. A refusal changes nothing in the folder.
         """
         _refuse_or_accept(path, scene, accept)  # before the lock, which would leave a file
-        lock = _lock(path)
+        lock = lock_folder(path)
         try:
             begun, state = _refuse_or_accept(path, scene, accept)  # another process may have been here
             text = with_files(scene, {key: name for key, name in NAMES.items() if name in begun.kept}).to_toml()
             new = {"scene": text} if text != begun.text else {}
             kept = {key: value for key, value in attributes.items() if key not in ("scene", "scene_hash") or new}
             with told_with_remedy(path, str(attributes.get("device", ""))):
-                clear_leftovers(path, PARTS)
+                clear_leftovers(path, (*PARTS, UNDER_WAY))
                 writer = TrajectoryWriter.resume(path / STORE, int(state["frame"]) + 1, {**kept, **new})
                 _keep_scene(path, text)
         except BaseException:
@@ -264,13 +265,3 @@ def _remove(target: Path) -> None:
         shutil.rmtree(target)
     else:
         target.unlink(missing_ok=True)
-
-
-def _lock(path: Path) -> FileLock:
-    """Hold the folder until the lock is released or the process ends; RunFolderError if another process holds it."""
-    lock = FileLock(path / LOCK)
-    try:
-        lock.acquire(blocking=False)
-    except Timeout:
-        raise RunFolderError(f"another run is writing to {path}: wait for it, or give another --out") from None
-    return lock

@@ -13,8 +13,9 @@ import numpy as np
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
+from warp_rods.notebook import html_table
 from warp_rods.progress import Bar, waiting
-from warp_rods.scene.scene import Scene
+from warp_rods.scene.scene import ENSEMBLES, Scene
 from warp_rods.simulation import losses, timing
 from warp_rods.simulation.checkpoint import State
 from warp_rods.simulation.estimates import check_disk
@@ -27,6 +28,7 @@ from warp_rods.simulation.report import Report
 from warp_rods.simulation.run_folder import RunFolder
 from warp_rods.simulation.saver import Saver, stop_for_failures
 from warp_rods.simulation.stopping import leave, stopping
+from warp_rods.simulation.under_way import Telling
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +65,12 @@ class Run(metaclass=Documented):
     def __repr__(self) -> str:
         lost = f", {len(self.lost)} rods lost" if self.lost else ""
         return f"<Run in {self.folder}: {', '.join(self.order)}; {self.seconds:.1f} s{lost}>"
+
+    def _repr_html_(self) -> str:
+        tables = {table.name: table for kind in ENSEMBLES for table in getattr(self.scene, kind)}
+        rods = [(name, tables[name].count, tables[name].nodes) for name in self.order]
+        rows = [*rods, ("lost", len(self.lost), ""), ("took", f"{self.seconds:.1f} s", "")]
+        return html_table(rows, ("ensemble", "rods", "nodes"), f"Run in {self.folder}")
 
     @property
     def data(self) -> xr.DataTree:
@@ -140,9 +148,8 @@ def _prepare(scene: Scene, device: str, report: Report, console: Console) -> Sim
         simulation = Simulation(scene, device)
         simulation.warm_up()
     seconds = time.perf_counter() - start
-    report.note(
-        f"{simulation.rods} rods on {simulation.device}; kernels compiled or loaded and rods placed in {seconds:.1f} s"
-    )
+    rods = f"{simulation.rods} rod{'s' if simulation.rods > 1 else ''} on {simulation.device}"
+    report.note(f"{rods}; kernels compiled or loaded and rods placed in {seconds:.1f} s")
     for line in simulation.notes:
         report.note(line)
     for line in simulation.warnings:
@@ -172,8 +179,10 @@ def _go_on_from(simulation: Simulation, kept: RunFolder, state: State, report: R
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:
     """Step to the end with a progress bar; returns rod-steps done."""
     first, end, begun = simulation.rod_steps, simulation.scene.time.end, time.perf_counter()
-    with Bar("running", PARTS, console, int(PARTS * simulation.now / end)) as bar, stopping(simulation, kept, report):
+    bar, others = Bar("running", PARTS, console, int(PARTS * simulation.now / end)), Telling(kept.path, simulation.now)
+    with bar, others, stopping(simulation, kept, report):
         for _ in simulation.advance():
+            others.tell(simulation.now, simulation.rod_steps - first)
             speed = (simulation.rod_steps - first) / (time.perf_counter() - begun)
             bar.update(int(PARTS * simulation.now / end), f"{speed:,.0f} rod-steps/s")
             kept.write_frames()
@@ -204,6 +213,7 @@ def _steps_by_error(simulation: Simulation) -> str:
         control = simulation.together.control
         return f"{control.taken} steps; {control.rejected} more were repeated shorter"
     taken, rejected = (np.concatenate([getattr(e, name) for e in simulation.ensembles.values()]) for name in STEPS)
-    return (
-        f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all; {rejected.sum()} more were repeated shorter"
+    each = (
+        f"{taken.min()} to {taken.max()} steps a rod, {taken.sum()} in all" if len(taken) > 1 else f"{taken[0]} steps"
     )
+    return f"{each}; {rejected.sum()} more were repeated shorter"

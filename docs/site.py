@@ -27,6 +27,8 @@ PAGES = {
 }
 """Pages from files outside docs/."""
 NOTEBOOKS = ("swimmer", "filaments")
+FIRST = ("proteins", "swimmer", "swarm_2d", "escrt_bridge", "closing_neck", "container", "writhing")
+"""Scenes with which the gallery begins."""
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s#]*)(#[^()\s]*)?\)")
 MATHEMATICS = re.compile(r'<(div|span) class="arithmatex">\\[\[(](.*?)\\[\])]</\1>', re.DOTALL)
 
@@ -60,8 +62,17 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
             return f'<span title="{whole}">{text}</span>'
         return f"{bang}[{text}]({relpath(known, dirname(page.file.src_uri) or '.')}{anchor})"
 
-    parts = re.split(r"(^```.*?^```$)", markdown, flags=re.DOTALL | re.MULTILINE)
+    parts = re.split(r"(^```.*?^```$)", _indented(markdown), flags=re.DOTALL | re.MULTILINE)
     return "".join(part if part.startswith("```") else LINK.sub(target, part) for part in parts)
+
+
+def _indented(markdown: str) -> str:
+    """What belongs to a numbered item begins after three spaces elsewhere, and after four in Python's Markdown."""
+    lines, in_item = [], False
+    for line in markdown.split("\n"):
+        in_item = bool(re.match(r"\d+\. ", line)) or (in_item and (not line or line.startswith("   ")))
+        lines.append(f" {line}" if in_item and line.startswith("   ") else line)
+    return "\n".join(lines)
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
@@ -83,7 +94,8 @@ def gallery() -> str:
         "`python docs/gallery.py` makes these pictures.",
         "",
     ]
-    for picture in sorted((ROOT / "docs" / "gallery").glob("*.jpg")):
+    pictures = {path.stem: path for path in sorted((ROOT / "docs" / "gallery").glob("*.jpg"))}
+    for picture in [pictures.pop(name) for name in FIRST if name in pictures] + list(pictures.values()):
         path = ROOT / "scenes" / f"{picture.stem}.toml"
         title = tomllib.loads(path.read_text(encoding="utf-8")).get("title") or picture.stem
         command = f"`warp-rods run scenes/{path.name}`"

@@ -34,3 +34,13 @@ def _own_surfaces(tmp_path_factory):
         folder = tmp_path_factory.mktemp("surfaces")
         patched.setattr(surface_cache, "_folder", lambda: folder)
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _no_posters():
+    """Runs of the tests make no posters, which would take a second each; tests/draw/test_pictures.py makes one."""
+    from warp_rods import workflow
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(workflow, "_MADE", workflow._MADE[:1])
+        yield

@@ -19,7 +19,7 @@ import typer
 from rich.console import Console
 
 from warp_rods import cli_look, completion
-from warp_rods.draw.exporters import EXPORTERS
+from warp_rods.draw.exporters import EXPORTERS, OPTIONS
 from warp_rods.errors import RodFailure, SceneError, WarpRodsError
 from warp_rods.simulation.interruption import Interrupted, signals_end_the_process
 from warp_rods.terminal import open_streams, show_error
@@ -82,7 +82,7 @@ def run(
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder")] = False,
 ) -> None:
-    """Simulate a scene: trajectory.zarr, checkpoint.npz and animation.usdc in a folder. Exit code 3: rods were lost."""
+    """Simulate a scene: trajectory, checkpoint, animation.usdc, poster.png in a folder. Exit code 3: rods were lost."""
     from warp_rods.scene.scene import Scene
     from warp_rods.scene.shipped import find_scene
     from warp_rods.simulation.estimates import check_memory
@@ -156,28 +156,48 @@ def check(
     print(check_scene(find_scene(scene)))
 
 
-def _export(run_dir: Path, **wanted: bool) -> None:
-    """Write files for other programs from the trajectory of a run; without options, list them."""
-    names = [name for name, is_wanted in wanted.items() if is_wanted]
-    if names:
-        _start_warp()
-    for name in names:
-        print(EXPORTERS[name].export(run_dir))
-    if not names:
-        for name, exporter in EXPORTERS.items():
-            print(f"--{name:9} {exporter.file_name}: {exporter.what}")
+def _export(run_dir: Path, out: Path | None, dry_run: bool, selection: dict[str, str], **given: Any) -> None:
+    """Write files for other programs from the trajectory of a run; without a flag, say what there is."""
+    from warp_rods.draw.export import export, listing, select
+
+    wanted = [name for name in EXPORTERS if given.pop(name)]
+    _start_warp()
+    chosen = select(**selection)
+    if not wanted or dry_run:
+        print(listing(run_dir, chosen, wanted, **given))
+        return
+    for path in export(run_dir, wanted, chosen, out, **given):
+        print(path)
+
+
+SELECTION = {
+    "ensembles": ("", "Names of ensembles with commas between them; default all"),
+    "frames": (":", 'Frames as in Python, "0:100:5", or one, "-1"; default all'),
+    "colour": ("energy_density", "What colours the rods; listed without a flag"),
+    "range": ("run", "Both ends of the colours: of the run, of each frame, or LOW,HIGH"),
+}
+"""Options of ``export`` that choose what is shown: default and help."""
 
 
 def add_export(app: typer.Typer) -> None:
-    """Add the command ``export`` with one flag for each row of ``EXPORTERS``; Typer reads them from a signature."""
+    """Add the command ``export``, with a flag for each row of ``EXPORTERS``; Typer reads them from a signature."""
     parameters = [Parameter("run_dir", Parameter.POSITIONAL_OR_KEYWORD, annotation=RunDir)]
+
+    def option(name: str, kind: Any, default: Any, made: Any) -> None:
+        parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, made]))
+
     for name, exporter in EXPORTERS.items():
-        option = typer.Option(f"--{name}", help=f"{exporter.file_name}: {exporter.what}")
-        parameters.append(Parameter(name, Parameter.KEYWORD_ONLY, default=False, annotation=Annotated[bool, option]))
+        option(name, bool, False, typer.Option(f"--{name}", help=f"{exporter.file_name}: {exporter.what}"))
+    for name, (default, text) in SELECTION.items():
+        option(name, str, default, typer.Option(f"--{name}", help=text))
+    for name, row in OPTIONS.items():
+        option(name, row.kind, row.default, typer.Option(f"--{name.replace('_', '-')}", help=row.what))
+    option("out", Path | None, None, _out("The file, or the folder of several; default the folder of the run"))
+    option("dry_run", bool, False, typer.Option("--dry-run", help="Write nothing; say what would be, with sizes"))
 
     @wraps(_export)
-    def export(**arguments: Any) -> None:
-        _export(**arguments)
+    def export(run_dir: Path, **arguments: Any) -> None:
+        _export(run_dir, selection={name: arguments.pop(name) for name in SELECTION}, **arguments)
 
     export.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     app.command("export")(export)

@@ -1,17 +1,22 @@
-"""Simulate a scene, then export its animation."""
+"""Simulate a scene, then make its animation, its poster and its film."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warp_rods.draw.exporters import need_ffmpeg
 from warp_rods.scene.scene import Scene
+from warp_rods.scene.tables import Output
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+_MADE = (("usd", "animation", "usd"), ("poster", "poster", "poster"), ("film", "film", "mp4"))
+"""What is made of a run: its key in [output], its name, and its row of ``EXPORTERS``."""
 
 
 def run(
@@ -24,9 +29,10 @@ def run(
     hooks: Hooks = (),
     console: Console | None = None,
 ) -> Run:
-    """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, animation.
+    """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, pictures.
 
-    No animation is made with ``output.usd = false``; one that cannot be made is a warning, as the run is complete.
+    Pictures are the animation (unless ``output.usd = false``), the poster (unless ``output.poster = false``) and a film
+    (with ``output.film = true``); one that cannot be made is a warning, as the run is complete.
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
     ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
@@ -36,25 +42,35 @@ def run(
     holds a run (or, with ``resume``, another one), StorageError where the folder can no longer be written, RodFailure
     once no rod is left.
     """
+    scene = scene if isinstance(scene, Scene) else Scene.load(scene)
+    if scene.output is not None and scene.output.film:
+        need_ffmpeg()
     return simulate(
         scene, out, device=device, overwrite=overwrite, resume=resume, hooks=hooks, console=console, then=_animate
     )
 
 
 def _animate(folder: Path, scene: Scene, report: Report) -> None:
-    """Write the animation of a finished run. The run is complete whatever happens, so a failure is a warning."""
-    if scene.output is not None and not scene.output.usd:
-        return
+    """Make the pictures of a finished run. The run is complete whatever happens, so a failure is a warning."""
+    output = scene.output or Output()
+    for key, what, option in _MADE:
+        if getattr(output, key):
+            _make(folder, what, option, report)
+
+
+def _make(folder: Path, what: str, option: str, report: Report) -> None:
+    """Make one picture, and tell where it is."""
+    command = f"warp-rods export {folder} --{option}"
     try:
-        path = export_usd(folder)
+        path = export_usd(folder) if option == "usd" else export(folder, option)
     except (KeyboardInterrupt, Interrupted):
-        report.note(f"the run in {folder} is complete; to make its animation: warp-rods export {folder} --usd")
+        report.note(f"the run in {folder} is complete; to make its {what}: {command}")
         raise
     except Exception as error:
-        text = f"the run is complete, but its animation could not be made: {type(error).__name__}: {error}"
-        report.warn(f"{text}; to try again: warp-rods export {folder} --usd")
+        text = f"the run is complete, but its {what} could not be made: {type(error).__name__}: {error}"
+        report.warn(f"{text}; to try again: {command}")
         return
-    report.note(f"animation: {path} ({path.stat().st_size / 1e6:.1f} MB)")
+    report.note(f"{what}: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
 
 def export_usd(folder: Path) -> Path:
@@ -62,3 +78,12 @@ def export_usd(folder: Path) -> Path:
     from warp_rods.draw.usd.export import export_usd
 
     return export_usd(folder)
+
+
+def export(folder: Path, name: str) -> Path:
+    """Write a picture of a run by a row of ``EXPORTERS``, in the first colours that its trajectory has."""
+    from warp_rods.draw.content import first_colour
+    from warp_rods.draw.exporters import EXPORTERS
+    from warp_rods.draw.selection import Selection
+
+    return EXPORTERS[name].export(folder, selection=Selection(colour=first_colour(folder)))

@@ -1,26 +1,21 @@
 """The table of exporters, and the options of ``warp-rods export`` that come from it."""
 
+import re
+
 import pytest
 import typer
+from examples.drawn import FRAMES, write_run
 from typer.testing import CliRunner
 
 from warp_rods import cli
 from warp_rods.draw.exporters import EXPORTERS, Exporter
-from warp_rods.errors import RunFolderError
+from warp_rods.errors import RunFolderError, SceneError
 
 
 def invoke(app: typer.Typer, *arguments) -> str:
     done = CliRunner().invoke(app, list(map(str, arguments)), terminal_width=200, color=False)
     assert done.exit_code == 0, done.output
     return done.output
-
-
-def test_without_options_everything_that_can_be_made_is_listed(tmp_path):
-    lines = invoke(cli.app, "export", tmp_path).splitlines()
-    assert len(lines) == len(EXPORTERS)
-    for line, (name, exporter) in zip(lines, EXPORTERS.items(), strict=True):
-        assert line.startswith(f"--{name} ") and exporter.file_name in line and exporter.what in line
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_exporter_is_an_option_with_its_file_name():
@@ -43,16 +38,50 @@ def test_a_folder_without_a_run_is_refused(name, tmp_path):
 
 def test_a_function_and_a_row_add_an_exporter(tmp_path, monkeypatch):
     """The command takes its new option, and makes only what was asked for."""
+    write_run(tmp_path / "run")
 
-    def write_names(run_dir, path):
-        path.write_text(run_dir.name)
-        return path
+    def write_names(shown, path, fps):
+        path.write_text(f"{shown.title}, {shown.frames}, {fps}")
 
-    monkeypatch.setitem(EXPORTERS, "names", Exporter("the name of the folder", ".txt", write_names, stem="names"))
+    row = Exporter("the name of the run", ".txt", write_names, lambda shown, fps: 2e6, "names", ("fps",))
+    monkeypatch.setitem(EXPORTERS, "names", row)
     app = typer.Typer()
     app.callback()(lambda: None)
     cli.add_export(app)
-    assert "--names     names.txt: the name of the folder" in invoke(app, "export", tmp_path)
-    assert invoke(app, "export", tmp_path, "--names").split() == [str(tmp_path / "names.txt")]
-    assert [path.name for path in tmp_path.iterdir()] == ["names.txt"]
-    assert (tmp_path / "names.txt").read_text() == tmp_path.name
+    listed = invoke(app, "export", tmp_path / "run")
+    assert re.search(r"--names +names\.txt, about 2 MB: the name of the run", listed)
+    dry = invoke(app, "export", tmp_path / "run", "--names", "--dry-run")
+    assert "names.txt" in dry and "usd" not in dry
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["trajectory.zarr"]
+    made = tmp_path / "run" / "names.txt"
+    assert invoke(app, "export", tmp_path / "run", "--names", "--fps", 5, "--frames", "1:5:2").split() == [str(made)]
+    assert made.read_text() == "Rods on a ball, 2, 5.0"
+    invoke(app, "export", tmp_path / "run", "--names", "--out", tmp_path / "own.txt")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["own.txt", "run"]
+
+
+def test_without_a_flag_it_says_what_there_is_and_what_could_be_made(tmp_path):
+    write_run(tmp_path)
+    said = invoke(cli.app, "export", tmp_path)
+    for part in ("Rods on a ball", f"{FRAMES} frames, t = 0 to 0.5", "sensors: 4 rods of 9 nodes", "energy_density"):
+        assert part in said
+    assert "membrane: sphere" in said and "colours: energy_density, twist" in said
+    for name, exporter in EXPORTERS.items():
+        assert re.search(rf"--{name} +{re.escape(exporter.file_name)}, about .*B: {re.escape(exporter.what)}", said)
+    assert [path.name for path in tmp_path.iterdir()] == ["trajectory.zarr"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--ensembles", "sensor"], r"ensembles: there is no 'sensor' \(did you mean sensors\?\)"),
+        (["--frames", "9:"], "frames: none is chosen; the run has 6"),
+        (["--frames", "1:2:x"], "frames = '1:2:x': must be first:last:step"),
+        (["--colour", "bend"], "colour = 'bend': must be one of energy_density, twist"),
+        (["--range", "2,1"], "range = '2,1': must be"),
+    ],
+)
+def test_a_selection_that_does_not_fit_is_refused(tmp_path, options, message):
+    write_run(tmp_path)
+    done = CliRunner().invoke(cli.app, ["export", str(tmp_path), "--usd", *options])
+    assert isinstance(done.exception, SceneError) and re.search(message, str(done.exception))

@@ -7,74 +7,19 @@ import sys
 
 import numpy as np
 import pytest
+from examples.drawn import FRAMES, SCENE, write_run
 
+from warp_rods.draw.colours import COLOURS
+from warp_rods.draw.scale import Scale, linear
 from warp_rods.draw.usd.export import export_usd
-from warp_rods.draw.usd.materials import energy_colours
 from warp_rods.errors import RunFolderError
 from warp_rods.membranes.mesh import triangulate
 from warp_rods.membranes.surfaces import make
 from warp_rods.simulation.reading import open_run
-from warp_rods.simulation.trajectory import (
-    FILAMENT_VARIABLES,
-    STORE,
-    SWIMMER_VARIABLES,
-    GroupSpec,
-    TrajectoryWriter,
-)
+from warp_rods.simulation.trajectory import STORE, SWIMMER_VARIABLES, GroupSpec, TrajectoryWriter
 
-FRAMES = 6
-SCENE = """
-title = "Rods on a ball"
-{extra}
-[[filaments]]
-name = "sensors"
-count = 4
-nodes = 9
-length = 0.6
-stiffness = [1.0, 1.0, 1.0]
-intrinsic = [0.0, 1.0, 0.0]
-drag = [1.0, 2.0, 0.1]
-[[swimmers]]
-name = "cell"
-count = 2
-nodes = 17
-bend = 5e-3
-twist = 1e-3
-[surface]
-kind = "sphere"
-radius = 1.0
-[time]
-end = 1.0
-"""
 STERIC = "[steric]\nstrength = 1.0\nrange = 0.1\ncore = 0.08\n"
 MICRONS = '[units]\nlength = "1 um"\n'
-
-
-def arcs(rods: int, nodes: int, length: float, turn: float) -> np.ndarray:
-    """Meridian arcs on the unit sphere, rotated about the axis by ``turn`` [rods, nodes, 3]."""
-    along = np.linspace(-0.5, 0.5, nodes) * length
-    azimuth = 2 * np.pi * np.arange(rods)[:, None] / rods + turn
-    x, y, z = np.cos(azimuth) * np.cos(along), np.sin(azimuth) * np.cos(along), np.sin(along) + 0 * azimuth
-    return np.stack([x, y, z], axis=-1)
-
-
-def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
-    groups = {"sensors": GroupSpec(4, 9, FILAMENT_VARIABLES), "cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}
-    attributes = {"title": "Rods on a ball", "scene": SCENE.format(extra=extra), "scene_hash": "abc"}
-    writer = TrajectoryWriter.create(folder / STORE, groups, attributes)
-    rng = np.random.default_rng(3)
-    for number in range(FRAMES):
-        saved = {}
-        for group, spec in groups.items():
-            saved[group] = {name: np.zeros(spec.shape(v)) for name, v in spec.variables.items()}
-            saved[group]["energy_density"] = rng.gamma(2.0, size=(spec.rods, spec.nodes))
-        saved["sensors"]["position"] = arcs(4, 9, 0.6, 0.1 * number)
-        saved["cell"]["position"] = arcs(2, 17, 1.0, 0.2 * number) + np.array([3.0, 0.0, 0.1 * number])
-        if fail_at is not None and number >= fail_at:
-            saved["sensors"]["position"][1, 3:] = np.nan
-            saved["sensors"]["energy_density"][1] = np.nan
-        writer.append(0.1 * number, saved)
-    writer.close()
 
 
 @pytest.fixture(scope="module")
@@ -141,19 +86,21 @@ def test_curves_are_the_trajectory(run, stage, name, rods, nodes):
 def test_colours_have_one_range_for_the_whole_run(run, stage):
     data = open_run(run)
     every = [data[name].energy_density.values for name in ("sensors", "cell")]
-    low, high = np.quantile(np.concatenate([density.ravel() for density in every]), [0.02, 0.98])
+    low, high = 0.0, np.quantile(np.concatenate([density.ravel() for density in every]), 0.98)
     stored = stage.GetDefaultPrim().GetCustomDataByKey("elasticEnergyDensity")
     assert stored["low"] == pytest.approx(low, rel=1e-12) and stored["high"] == pytest.approx(high, rel=1e-12)
     assert stored["colourMap"] == "viridis"
     for frame in (0, FRAMES - 1):
         drawn = np.array(curves_of(stage, "cell").GetDisplayColorAttr().Get(frame))
-        expected = energy_colours(every[1][frame].ravel(), stored["low"], stored["high"])
+        scale = Scale(COLOURS["energy_density"], stored["low"], stored["high"])
+        expected = linear(scale.rgb(every[1][frame].ravel())).astype(np.float32)
         np.testing.assert_array_equal(drawn, expected)
 
 
 def test_colours_brighten_with_energy_in_equal_steps():
-    """Perceptually uniform: lightness L* increases along the map, with no step above twice the mean."""
-    luminance = energy_colours(np.linspace(0, 1, 33), 0.0, 1.0) @ [0.2126, 0.7152, 0.0722]
+    """Perceptually uniform in the root: lightness L* increases along the map, with no step above twice the mean."""
+    colours = Scale(COLOURS["energy_density"], 0.0, 1.0).rgb(np.linspace(0, 1, 33) ** 2)
+    luminance = linear(colours) @ [0.2126, 0.7152, 0.0722]
     steps = np.diff(116 * np.cbrt(luminance) - 16)
     assert steps.min() > 0 and steps.max() < 2 * steps.mean()
 

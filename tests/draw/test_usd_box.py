@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from warp_rods import workflow
-from warp_rods.draw.usd.box import draw_box, into_box
+from warp_rods.draw.rods import into_box
+from warp_rods.draw.room import edges_of, sides_of
 from warp_rods.scene.scene import Scene
 
 CELLS = {
@@ -65,22 +66,21 @@ def test_the_container_is_drawn(tmp_path):
 @pytest.mark.parametrize("axis", "xyz")
 def test_pores_and_ducts_are_drawn_along_their_axis(axis):
     """A pore as two circles and four lines, a duct as the edges of a box; an endless one not at all."""
-    from pxr import Usd, UsdGeom, UsdShade
-
     cells = {"name": "c", "count": 1, "nodes": 17, "bend": 1e-2, "twist": 1e-3}
     pore = {"kind": "pore", "radius": 0.4, "length": 3.0, "axis": axis}
     duct = {"kind": "duct", "sides": [0.6, 0.9], "length": 3.0, "axis": axis, "ends": "closed"}
     for box, sides, lines in ((pore, [3.0, 0.8, 0.8], 100), (duct, [3.0, 0.6, 0.9], 12)):
-        stage = Usd.Stage.CreateInMemory()
-        material = UsdShade.Material.Define(stage, "/Looks/box")
-        points = draw_box(stage, Scene(swimmers=[cells], box=box, time={"end": 1.0}), material)
+        scene = Scene(swimmers=[cells], box=box, time={"end": 1.0})
+        edges = edges_of(scene)
+        assert edges.shape == (lines, 2, 3)
+        points = edges.reshape(-1, 3)
         np.testing.assert_allclose(np.ptp(points, axis=0), np.roll(sides, "xyz".index(axis)))
-        assert len(UsdGeom.BasisCurves.Get(stage, "/World/Box").GetCurveVertexCountsAttr().Get()) == lines
+        np.testing.assert_allclose(sides_of(scene), np.roll(sides, "xyz".index(axis)))
         if box is pore:
             radii = np.delete(points, "xyz".index(axis), axis=1)
             np.testing.assert_allclose(np.linalg.norm(radii, axis=1), 0.4)
-    endless = {"kind": "duct", "sides": [0.6, 0.9]}
-    assert not len(draw_box(stage, Scene(swimmers=[cells], box=endless, time={"end": 1.0}), material))
+    endless = Scene(swimmers=[cells], box={"kind": "duct", "sides": [0.6, 0.9]}, time={"end": 1.0})
+    assert sides_of(endless) is None and not len(edges_of(endless))
 
 
 def test_into_box_keeps_rods_whole():

@@ -23,11 +23,22 @@ SHORTENED = {
         0.1,
         "a whole run takes a minute; tests/simulation/test_scenes.py has its end",
     ),
+    "container": (0.06, "a whole run takes minutes"),
     "swarm_2d": (0.01, "a whole run takes minutes"),
 }
 """Shipped scenes that end earlier where blocks run them: when, and the reason."""
 
-RUNS_BEFORE = {"README.md": ("proteins",), "analyse.md": ("proteins", "swarm_2d"), "loop.md": ("swimmer",)}
+OTHER_FILES = {"microscope.toml": "of warp-rods export --optics, which the next block runs"}
+"""Files in TOML that are no scenes, and what reads them."""
+
+RUNS_BEFORE = {
+    "export.md": ("proteins",),
+    "paraview.md": ("proteins",),
+    "pictures.md": ("proteins", "swarm_2d", "container"),
+    "README.md": ("proteins",),
+    "analyse.md": ("proteins", "swarm_2d"),
+    "loop.md": ("swimmer",),
+}
 """Runs that a page has before its first block, since it says that they were made by hand."""
 
 

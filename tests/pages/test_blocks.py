@@ -12,10 +12,32 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import warp_rods as wr
-from pages.blocks import LANGUAGES, NOT_RUN, PAGES, ROOT, RUNS_BEFORE, SHORTENED, Block, blocks_of, reason_not_to_run
+from pages.blocks import (
+    LANGUAGES,
+    NOT_RUN,
+    OTHER_FILES,
+    PAGES,
+    ROOT,
+    RUNS_BEFORE,
+    SHORTENED,
+    Block,
+    blocks_of,
+    reason_not_to_run,
+)
 from warp_rods.cli import app
 
-LONG = {"start.md", "analyse.md", "fixed_shapes.md", "gpu.md", "loop.md", "own_force.md", "own_membrane.md"}
+LONG = {
+    "start.md",
+    "analyse.md",
+    "fixed_shapes.md",
+    "gpu.md",
+    "loop.md",
+    "own_force.md",
+    "own_membrane.md",
+    "paraview.md",
+    "pictures.md",
+    "export.md",
+}
 """Pages whose blocks take more than about ten seconds."""
 COMMANDS = get_command(app).commands
 SURFACE = {"kind": "sphere", "radius": 1.0}
@@ -82,6 +104,8 @@ def _start(block: Block) -> None:
     """A block that names itself, ``# NAME.toml``, becomes that file. Every block is a scene, completed, that starts."""
     if name := re.match(r"# (\w+\.toml)\n", block.text):
         Path(name.group(1)).write_text(block.text, encoding="utf-8")
+        if name.group(1) in OTHER_FILES:
+            return
     tables = tomllib.loads(block.text)
     has_rods = any(kind in tables for kind in ("swimmers", "filaments", "cosserat"))
     if not has_rods and ("surface" in tables or "gauss" in str(tables.get("output"))):

@@ -106,7 +106,7 @@ def test_an_animation_that_does_not_fit_is_a_warning(tmp_path, whole, monkeypatc
             Path(path).with_suffix(".abcdef").write_bytes(b"half of a writer's own")
             return False
 
-    monkeypatch.setattr(export, "_new_stage", lambda *_: Full())
+    monkeypatch.setattr(export.Stage, "finish", lambda self: setattr(self, "stage", Full()))
     run = wr.run(scene(), tmp_path / "run", device="cpu")
     assert "warning: the run is complete, but its animation could not be made" in run.messages[-1]
     same(run.folder, whole)

@@ -1,48 +1,236 @@
-"""The table of exporters: each makes one file of a run from its trajectory.
+"""The table of exporters: each makes one file, or one folder, of a run from its trajectory.
 
-To add one, write a function ``(run_dir, path) -> path`` and give it a row of ``EXPORTERS``. ``warp-rods export DIR``
-takes its options from this table. A function imports what it needs when it is called.
+To add one, write a function ``(content, path, **options) -> None``, which writes what ``content`` (``draw/content.py``)
+shows to ``path``, and give it a row of ``EXPORTERS``; options are rows of ``OPTIONS``. ``warp-rods export DIR`` takes
+its flags and options from these tables. A function imports what it needs when it is called.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["EXPORTERS", "Exporter"]
+from warp_rods.errors import RunFolderError, SceneError
+
+if TYPE_CHECKING:
+    from warp_rods.draw.content import Content
+    from warp_rods.draw.selection import Selection
+
+__all__ = ["EXPORTERS", "OPTIONS", "Exporter", "Option", "need_ffmpeg"]
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of exporters: its type on the command line, its default, and what it is."""
+
+    kind: type
+    default: Any
+    what: str
+
+
+OPTIONS: dict[str, Option] = {
+    "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
+    "dpi": Option(int, 200, "dots per inch of pictures"),
+    "tubes": Option(bool, False, "rods as meshes, for viewers of USD that draw no curves"),
+    "activity": Option(bool, False, "arrows of the flagellar activity in USD"),
+    "limit": Option(float, 25.0, "largest size of a page in MB; frames are left out evenly to stay below"),
+    "optics": Option(str, "", "file that describes the microscope; each export writes the one it used"),
+}
+"""By name; exporters name those that they take."""
 
 
 @dataclass(frozen=True)
 class Exporter:
-    """What an exporter makes, the suffix of its file, and its function; ``stem``: the usual name without the suffix.
+    """What an exporter makes, the suffix of its file (none for a folder), and its function.
 
-    ``function(run_dir, path)`` writes the file to ``path`` and returns the path that it wrote. Raises RunFolderError
-    where ``run_dir`` holds no run, or no complete frame.
+    ``function(content, path, **options)`` writes to ``path``, a temporary name that is then changed. ``size(content,
+    **options)``: about how many bytes that will be. stem: the usual name without the suffix. options: names of
+    ``OPTIONS``.
     """
 
     what: str
     suffix: str
-    function: Callable[[Path, Path], Path]
+    function: Callable[..., None]
+    size: Callable[..., float]
     stem: str = "animation"
+    options: tuple[str, ...] = ()
 
     @property
     def file_name(self) -> str:
         """The usual name of the file in the run folder."""
         return self.stem + self.suffix
 
-    def export(self, run_dir: Path) -> Path:
-        """Write the file under its usual name into the run folder; returns its path."""
-        return self.function(run_dir, run_dir / self.file_name)
+    def export(
+        self, run_dir: Path, path: Path | None = None, selection: Selection | None = None, **options: Any
+    ) -> Path:
+        """Write the file of a run; returns its path, by default that of its usual name in the run folder.
+
+        options: of this exporter, others are left alone. Raises RunFolderError where there is no run, no complete
+        frame, or where the file cannot be written; SceneError for a selection that does not fit the run.
+        """
+        from warp_rods.draw.content import content
+
+        path = run_dir / self.file_name if path is None else path
+        return self.write(content(run_dir, selection), path, **options)
+
+    def write(self, content: Content, path: Path, **options: Any) -> Path:
+        """Write what is shown to ``path``, under a temporary name until it is whole; returns the path."""
+        temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+        _remove(temporary)  # of an export that was killed
+        try:
+            self.function(content, temporary, **self._taken(options))
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            temporary.replace(path)
+        except OSError as fault:
+            raise RunFolderError(f"{path} cannot be written: {str(fault.strerror or fault).rstrip('.')}.") from None
+        finally:
+            _remove(temporary)
+        return path
+
+    def estimate(self, content: Content, **options: Any) -> float:
+        """About how many bytes the file will have."""
+        return self.size(content, **self._taken(options))
+
+    def _taken(self, options: dict[str, Any]) -> dict[str, Any]:
+        return {name: options.get(name, OPTIONS[name].default) for name in self.options}
 
 
-def _usd(run_dir: Path, path: Path) -> Path:
-    from warp_rods.draw.usd.export import export_usd
+def _remove(path: Path) -> None:
+    """Remove a temporary file or folder, and what a writer of USD has made beside it."""
+    from warp_rods.simulation.leftovers import remove_partial
 
-    return export_usd(run_dir, path)
+    if path.is_dir():
+        shutil.rmtree(path)
+    remove_partial(path.with_name(path.name.replace(".partial", "", 1).removeprefix(".")))
 
 
+def need_ffmpeg() -> None:
+    """Raises SceneError with what to install where films in MP4 cannot be made."""
+    if find_spec("imageio_ffmpeg") is None:
+        raise SceneError("a film in MP4 needs ffmpeg: pip install 'warp-rods[film]'; or make a GIF, --gif")
+
+
+def _of(module: str, name: str) -> Callable[..., Any]:
+    """The function of this name in a module of this room, which is imported when it is called."""
+    return lambda *given, **options: getattr(import_module(f"warp_rods.draw.{module}"), name)(*given, **options)
+
+
+def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
+    """A row for a file of another program, whose module has ``write`` and ``size``."""
+    return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
+
+
+def _usd(content: Content, path: Path, **options: Any) -> None:
+    from warp_rods.draw.usd.export import write_usd
+
+    write_usd(content, path, **options)
+
+
+def _usd_size(content: Content, fps: float, tubes: bool, activity: bool) -> float:
+    from warp_rods.draw.usd.export import size
+
+    return size(content, tubes, activity)
+
+
+def _usdz(content: Content, path: Path, fps: float, activity: bool) -> None:
+    from warp_rods.draw.usd.export import write_usdz
+
+    write_usdz(content, path, fps, activity)
+
+
+def _usdz_size(content: Content, fps: float, activity: bool) -> float:
+    return _usd_size(content, fps, True, activity)
+
+
+def _clips(content: Content, path: Path, **options: Any) -> None:
+    from warp_rods.draw.usd.clips import write_clips
+
+    write_clips(content, path, **options)
+
+
+def _blender(content: Content, path: Path, fps: float) -> None:
+    from warp_rods.draw.usd.blender import write_script
+
+    write_script(content, path, fps)
+
+
+def _few(size: float) -> Callable[..., float]:
+    """The size of a file that hardly depends on the run."""
+    return lambda _content, **_options: size
+
+
+def _poster(content: Content, path: Path) -> None:
+    from warp_rods.draw.poster import draw_poster
+
+    draw_poster(content, path)
+
+
+def _png(content: Content, path: Path, dpi: int) -> None:
+    from warp_rods.draw.poster import draw_stills
+
+    draw_stills(content, path, dpi)
+
+
+def _png_size(content: Content, dpi: int) -> float:
+    from warp_rods.draw.poster import stills_size
+
+    return stills_size(content, dpi)
+
+
+def _mp4(content: Content, path: Path, fps: float) -> None:
+    from warp_rods.draw.film import draw_mp4
+
+    draw_mp4(content, path, fps)
+
+
+def _mp4_size(content: Content, fps: float) -> float:
+    from warp_rods.draw.film import mp4_size
+
+    return mp4_size(content, fps)
+
+
+def _gif(content: Content, path: Path, fps: float) -> None:
+    from warp_rods.draw.film import draw_gif
+
+    draw_gif(content, path, fps)
+
+
+def _gif_size(content: Content, fps: float) -> float:
+    from warp_rods.draw.film import gif_size
+
+    return gif_size(content, fps)
+
+
+_microscope = _of("microscope.export", "write"), _of("microscope.export", "size")
+_page = _of("page.export", "write"), _of("page.export", "size")
+_STAGE = ("fps", "tubes", "activity")
 EXPORTERS: dict[str, Exporter] = {
-    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd),
+    "usd": Exporter("animation for Blender, Omniverse and usdview", ".usdc", _usd, _usd_size, options=_STAGE),
+    "usdz": Exporter("animation in one package, with tubes", ".usdz", _usdz, _usdz_size, options=("fps", "activity")),
+    "clips": Exporter(
+        "animation in parts, for long runs: a folder", "", _clips, _usd_size, "animation_clips", options=_STAGE
+    ),
+    "blender": Exporter(
+        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, _few(4e3), "blender", ("fps",)
+    ),
+    "poster": Exporter("first, middle and last frame side by side", ".png", _poster, _few(6e5), "poster"),
+    "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
+    "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),
+    "gif": Exporter("film for slides and pages", ".gif", _gif, _gif_size, "film", ("fps",)),
+    "html": Exporter("page that plays in any browser", ".html", *_page, options=("limit",)),
+    "vtkhdf": _file("folder of files with all variables for ParaView", "vtkhdf", "", "vtkhdf"),
+    "gsd": _file("beads and bonds for OVITO, MDAnalysis and freud", "gsd", ".gsd"),
+    "simularium": _file("fibres for the Simularium viewer", "simularium", ".simularium"),
+    "wcon": _file("midlines for trackers of worms", "wcon", ".wcon"),
+    "csv": _file("table of all nodes", "csv", ".csv"),
+    "microscope": Exporter(
+        "folder of fluorescence images with masks (OME-TIFF)", "", *_microscope, "microscope", ("optics",)
+    ),
 }
 """By the name of the option: ``usd`` is ``--usd``."""

@@ -11,7 +11,9 @@ from inspect import cleandoc
 from typing import Any
 
 from warp_rods.membranes.catalogue import KINDS
+from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
 from warp_rods.scene.checks import Table
+from warp_rods.scene.dimensions import DIMENSIONS
 from warp_rods.scene.flagella import ALLOWED, LAWS, FlagellaTable
 from warp_rods.scene.flows import FLOWS, FlowTable
 from warp_rods.scene.per_rod import OR_EACH
@@ -23,6 +25,9 @@ __all__ = ["DRAFT", "schema", "schema_text"]
 DRAFT = "http://json-schema.org/draft-04/schema#"
 """The last draft that taplo knows, which completes and checks TOML in most editors."""
 PLACE = "#/definitions/"
+QUANTITY = {"type": "string", "pattern": "^[-+0-9.].*[A-Za-zµ]", "description": "a number with a unit"}
+"""``"500 nm"``, where a number has a dimension."""
+WITH_UNITS = {path.rpartition(".")[2] for path in DIMENSIONS}
 WORDS = {"prefixItems": "items", "oneOf": "anyOf"}
 """Words of later drafts in those of this one. An empty list is one of many things, hence ``anyOf``."""
 
@@ -54,7 +59,7 @@ def _table(table: type[Table], part: Mapping[str, Any]) -> dict[str, Any]:
     made = _older(part)
     made.pop("title")
     made["description"] = cleandoc(table.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
-    made["properties"] = {key: _key(value) for key, value in made["properties"].items()}
+    made["properties"] = {key: _key(key, value) for key, value in made["properties"].items()}
     required = [key for key in made.pop("required", []) if key not in table.filled({})]
     if required:
         made["required"] = required
@@ -76,17 +81,33 @@ def _own_keys(table: type[Table]) -> tuple[dict[str, str], dict[str, list[str]]]
     elif table is FlagellaTable:
         own = [(key, law, one) for law, row in LAWS.items() for key, one in row.parameters.items()]
         rows = [(key, f"{law}: {ALLOWED[one.allowed][1]}{OR_EACH}") for key, law, one in own]
+    elif table is BehaviourTable:
+        rows = [(name, f"a table {{ {', '.join(row.parameters)} }}") for name, row in BEHAVIOURS.items()]
     keys: dict[str, list[str]] = {}
     for key, words in rows:
         keys.setdefault(key, []).append(words)
     return {key: "; ".join(words) for key, words in keys.items()}, kinds
 
 
-def _key(value: dict[str, Any]) -> dict[str, Any]:
+def _key(key: str, value: dict[str, Any]) -> dict[str, Any]:
     """The schema of a key: a reference beside a description would hide it."""
     value.pop("title", None)
+    if key in WITH_UNITS:
+        value = _or_quantity(value)
     reference = value.pop("$ref", None)
     return value if reference is None else {"allOf": [{"$ref": reference}], **value}
+
+
+def _or_quantity(part: Any) -> Any:
+    """A part of a schema, with a quantity with a unit as another choice for each of its numbers."""
+    if isinstance(part, list):
+        return [_or_quantity(item) for item in part]
+    if not isinstance(part, Mapping):
+        return part
+    if part.get("type") != "number":
+        return {key: _or_quantity(value) for key, value in part.items()}
+    own = {key: value for key, value in part.items() if key in ("description", "default")}
+    return {"anyOf": [{key: value for key, value in part.items() if key not in own}, QUANTITY], **own}
 
 
 def _older(part: Any) -> Any:

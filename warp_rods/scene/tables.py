@@ -86,13 +86,15 @@ class Time(Table):
 
 
 class Output(Table):
-    """What a run leaves: whether an animation is made, which variables of a frame are saved, and frames in a file.
+    """What a run leaves: animation, poster and film, which variables of a frame are saved, and frames in a file.
 
     Position, status and time are always saved. Which variables there are depends on the rods, so that names are checked
     when a scene is laid out.
     """
 
     usd: bool = Field(default=True, description="true or false")
+    poster: bool = Field(default=True, description="true or false")
+    film: bool = Field(default=False, description="true or false")
     variables: tuple[str, ...] | None = Field(
         default=None, description="a list of names of variables in quotes, or left out for all of them"
     )

@@ -26,7 +26,7 @@ __all__ = ["KEPT", "Begun"]
 
 KEPT = "kept_surfaces"
 """The attribute of the root of a store with hashes and origins of the surfaces that the folder keeps."""
-MAY_CHANGE = ("time.end", "output.usd", "on_failure")
+MAY_CHANGE = ("time.end", "output.usd", "output.poster", "output.film", "on_failure")
 """Keys that may change: how far a run goes, also after a loss, and what is made of it at its end."""
 
 

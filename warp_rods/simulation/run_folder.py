@@ -27,12 +27,13 @@ from warp_rods.simulation.trajectory import STORE, GroupSpec, TrajectoryWriter
 from warp_rods.simulation.under_way import UNDER_WAY, lock_folder
 
 SCENE = "scene.toml"
-ANIMATION = "animation.usdc"
+MADE = ("animation.usdc", "poster.png", "film.mp4")
+"""Pictures that are made of a run at its end."""
 FRAMES_EVERY = 0.25
 """Seconds for which frames wait in memory at most, as writing them takes 10 ms whether they are one or many."""
 MOST_HELD = 32e6
 """Bytes of frames that wait at most."""
-PARTS = (SCENE, CHECKPOINT, ANIMATION, *NAMES.values(), STORE)
+PARTS = (SCENE, CHECKPOINT, *MADE, *NAMES.values(), STORE)
 """All that a run may leave."""
 
 
@@ -253,7 +254,7 @@ def _set_aside(path: Path) -> None:
         if file.exists():
             _remove(old_store(path / STORE))
             file.rename(old_store(path / STORE))
-    for name in (CHECKPOINT, ANIMATION):
+    for name in (CHECKPOINT, *MADE):
         _remove(path / name)
     for content in old_store(path / STORE).glob("*"):  # its space is needed; the folder marks what is unfinished
         _remove(content)

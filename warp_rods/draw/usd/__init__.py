@@ -1,6 +1,6 @@
 """The animation of a run in USD.
 
-export                               ``export_usd``, which makes the file
-curves, membrane, load, box          rods, membrane, arrows of the load, box
-materials, camera                    appearance
+export, clips                        the stage, written as one file or in parts
+curves, tubes, membrane, load, box   rods, membrane, arrows of forces, box
+materials, camera, blender           appearance, and a script for Blender
 """

@@ -2,143 +2,154 @@
 
 Rods are linear BasisCurves through the nodes. Every reader draws these in the same way, and the points are the data. (A
 cubic basis needs phantom ends or the "pinned" wrap, which readers treat differently, and its curves can leave the
-extent.) One time code is one frame of the trajectory.
+extent.) For viewers that draw no curves they can be tubes instead. One time code is one frame of the trajectory.
 
-Blender (tested with 5.0) reads the colours of curves but binds no material to them: import with "All Materials" and
-assign the material "Energy" to the rods. Where one unit is a micrometre, turn "Apply Unit Conversion Scale" off, as its
-renderer loses objects of that size.
+Blender reads the colours of curves but binds no material to them, and has no world: the script of ``blender.py`` opens
+the animation with both.
 """
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from warp_rods import arguments
-from warp_rods.draw.usd.box import draw_box, into_box
+from warp_rods.draw.content import Content
+from warp_rods.draw.selection import Selection
+from warp_rods.draw.usd.box import draw_box
 from warp_rods.draw.usd.camera import add_camera_and_lights
-from warp_rods.draw.usd.curves import draw_rods, sampled
-from warp_rods.draw.usd.load import draw_loads
-from warp_rods.draw.usd.materials import COLOUR_MAP, add_materials
+from warp_rods.draw.usd.curves import draw_rods
+from warp_rods.draw.usd.load import ACTIVITY, LOADS, draw_forces
+from warp_rods.draw.usd.materials import add_materials
 from warp_rods.draw.usd.membrane import draw_membrane
-from warp_rods.errors import RunFolderError
-from warp_rods.membranes.surfaces import make
-from warp_rods.scene.scene import Scene
-from warp_rods.simulation.leftovers import remove_partial
-from warp_rods.simulation.reading import open_run
+from warp_rods.draw.usd.tubes import SIDES, draw_tubes
+from warp_rods.draw.view import fixed_corners, view_of
 
-_FRAMES_PER_SECOND = 24
-_QUANTILES = (0.02, 0.98)
-"""Quantiles of the energy density at both ends of the colour map."""
-_SLENDERNESS = 60
-"""Length over radius of rods that are drawn without a steric core."""
+__all__ = ["Stage", "export_usd", "size", "write_usd", "write_usdz"]
 
 
-def export_usd(run_dir: str | Path, path: str | Path | None = None) -> Path:
+def export_usd(run_dir: str | Path, path: str | Path | None = None, selection: Selection | None = None) -> Path:
     """Write the animation of a run to ``path`` (default: animation.usdc in its folder); returns the path.
 
-    Colour is elastic energy density, with one range for all rods and the whole run. The file is written under a
-    temporary name and then renamed. Raises RunFolderError where there is no run, or no complete frame.
+    Colour is elastic energy density unless the selection says otherwise. The file is written under a temporary name
+    and then renamed. Raises RunFolderError where there is no run, no complete frame, or the file cannot be written.
     """
-    run = open_run(run_dir)
-    if not any(data.sizes["frame"] for data in run.children.values()):
-        raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
-    if lacking := [name for name, data in run.children.items() if "energy_density" not in data]:
-        raise RunFolderError(
-            f"{run_dir}: the trajectory of {', '.join(lacking)} has no energy_density, which the colours of the rods "
-            f"show: run the scene with it among output.variables."
-        )
-    path = Path(run_dir) / "animation.usdc" if path is None else arguments.path("path", path)
-    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
-    remove_partial(path)  # of an export that was killed
-    stage = _new_stage(run, Scene.parse(run.attrs["scene"]))
+    from warp_rods.draw.exporters import EXPORTERS
+
+    path = None if path is None else arguments.path("path", path)
+    return EXPORTERS["usd"].export(Path(run_dir), path, selection)
+
+
+def write_usd(shown: Content, path: Path, fps: float = 24.0, tubes: bool = False, activity: bool = False) -> None:
+    """Write the animation of what is shown to a file of USD."""
+    stage = Stage(shown, fps, tubes, activity)
+    stage.draw(range(shown.frames))
+    stage.finish()
+    stage.write(path)
+
+
+def write_usdz(shown: Content, path: Path, fps: float, activity: bool) -> None:
+    """Write a package of USD, with tubes, as viewers of packages draw no curves."""
+    from pxr import UsdUtils
+
+    inner = path.with_suffix(".usdc")
     try:
-        _write(stage, temporary, path)
-        temporary.replace(path)
+        write_usd(shown, inner, fps, True, activity)
+        if not UsdUtils.CreateNewUsdzPackage(str(inner), str(path), "animation.usdc"):
+            raise OSError("the package cannot be made")
     finally:
-        remove_partial(path)
-    return path
+        inner.unlink(missing_ok=True)
 
 
-def _write(stage: Any, temporary: Path, path: Path) -> None:
-    """Write the stage; raises RunFolderError with the reason, such as a full disk, where that fails."""
-    from pxr import Tf
-
-    try:
-        why = "" if stage.GetRootLayer().Export(str(temporary)) else "check that the folder exists and is writable"
-    except Tf.ErrorException as failure:
-        why = failure.args[0].commentary
-    if why:
-        raise RunFolderError(f"{path} cannot be written: {why}.")
+def size(shown: Content, tubes: bool = False, activity: bool = False) -> float:
+    """About how many bytes the animation has: a node, or each point of a tube there, has a place and a colour."""
+    nodes = sum(rods.count * rods.nodes for rods in shown.rods)
+    of_node = 36.0 * SIDES if tubes else 24.0 + 30.0 * (shown.membrane is not None) + 16.0 * activity
+    of_sheet = 1.7e6 if shown.membrane or shown.container else 0.0
+    moving = shown.membrane is not None and shown.membrane.moving
+    return 2e4 + of_node * nodes * shown.frames + of_sheet * (0.25 * shown.frames if moving else 1.0)
 
 
-def _new_stage(run: xr.DataTree, scene: Scene) -> Any:
-    from pxr import Usd, UsdGeom
+class Stage:
+    """A stage of USD: ``draw`` what it has at some frames, ``finish`` with what it has at all, then ``write``."""
 
-    stage = Usd.Stage.CreateInMemory()
-    world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
-    stage.SetDefaultPrim(world)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-    UsdGeom.SetStageMetersPerUnit(stage, scene.units.metres if scene.units else 1.0)
-    stage.SetTimeCodesPerSecond(_FRAMES_PER_SECOND)
-    stage.SetFramesPerSecond(_FRAMES_PER_SECOND)
-    ensembles = {name: child.to_dataset() for name, child in run.children.items()}
-    stage.SetStartTimeCode(0)
-    stage.SetEndTimeCode(next(iter(ensembles.values())).sizes["frame"] - 1)
-    low, high = _colour_range(ensembles)
-    _describe(stage, world, run, {"low": low, "high": high, "colourMap": COLOUR_MAP})
+    def __init__(self, shown: Content, fps: float, tubes: bool, activity: bool) -> None:
+        from pxr import Usd, UsdGeom
 
-    membrane_material, energy_material = add_materials(stage)
-    in_view = []
-    if scene.surface:
-        surface = make(scene.surface.kind, scene.surface.parameters)
-        times = next(iter(ensembles.values())).time.values
-        in_view.append(draw_membrane(stage, surface, times, membrane_material))
-        draw_loads(stage, ensembles, float(np.ptp(in_view[0], axis=0).max()), energy_material)
-    if scene.box and len(edges := draw_box(stage, scene, membrane_material)):
-        in_view.append(edges)
-    displayed = partial(into_box, period=np.array(scene.period))
-    for name, data in ensembles.items():
-        box = draw_rods(stage, name, data, _radius(scene, data), (low, high), energy_material, displayed)
-        in_view += [] if _is_in_view(box, in_view) else [_corners(box)]
-    add_camera_and_lights(stage, np.concatenate(in_view))
-    return stage
+        self.shown, self._tubes, self._activity = shown, tubes, activity
+        self.stage = stage = Usd.Stage.CreateInMemory()
+        world = UsdGeom.Xform.Define(stage, "/World").GetPrim()
+        stage.SetDefaultPrim(world)
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        UsdGeom.SetStageMetersPerUnit(stage, shown.metres)
+        stage.SetTimeCodesPerSecond(fps)
+        stage.SetFramesPerSecond(fps)
+        stage.SetStartTimeCode(0)
+        stage.SetEndTimeCode(shown.frames - 1)
+        _describe(stage, world, shown)
+        self._membrane, self._energy = add_materials(stage)
+        self._boxes: list[np.ndarray] = []
+
+    def draw(self, frames: range) -> np.ndarray:
+        """Draw rods and forces, and a membrane, at these frames; returns the boxes [n, 2, 3] of the rods."""
+        stage, shown = self.stage, self.shown
+        draw = draw_tubes if self._tubes else draw_rods
+        boxes = [draw(stage, rods, shown, frames, self._energy) for rods in shown.rods]
+        if shown.membrane:
+            size = shown.membrane.size
+            draw_membrane(stage, shown.membrane, frames, self._membrane)
+            draw_forces(stage, shown, LOADS, frames, size, self._energy)
+        if self._activity:
+            length = max(float(rods.data["length"].max()) if "length" in rods.data else 1.0 for rods in shown.rods)
+            draw_forces(stage, shown, (ACTIVITY,), frames, 2 * length, self._energy)
+        self._boxes += boxes
+        return np.concatenate(boxes)
+
+    def finish(self, boxes: np.ndarray | None = None) -> None:
+        """Draw the box, and add lights and a camera that sees rods in ``boxes`` (default: all that were drawn)."""
+        draw_box(self.stage, self.shown, self._membrane)
+        boxes = np.concatenate(self._boxes) if boxes is None else boxes
+        low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+        view, every = view_of(self.shown), range(0, self.shown.frames, -(-self.shown.frames // 100))
+        if not view.follows:
+            fixed = fixed_corners(self.shown, low, high, every)
+            rods = [] if _enclosed(low, high, fixed) else [_corners(np.stack([low, high]))]
+            add_camera_and_lights(self.stage, view, np.concatenate([*rods, fixed]))
+            return
+        path = np.array([view.at(self.shown, frame).centre for frame in range(self.shown.frames)])
+        half = np.max(np.ptp(boxes, axis=1), axis=0) / 2
+        add_camera_and_lights(self.stage, view, _corners(np.stack([-half, half])), path)
+
+    def write(self, path: Path) -> None:
+        """Write the stage; raises OSError with the reason, such as a full disk, where that fails."""
+        from pxr import Tf
+
+        try:
+            why = "" if self.stage.GetRootLayer().Export(str(path)) else "check that the folder exists and is writable"
+        except Tf.ErrorException as failure:
+            why = failure.args[0].commentary
+        if why:
+            raise OSError(why)
 
 
-def _describe(stage: Any, world: Any, run: xr.DataTree, colours: dict[str, Any]) -> None:
-    title = str(run.attrs.get("title", ""))
-    stage.GetRootLayer().documentation = title
-    kept = {key: str(value) for key, value in run.attrs.items() if key != "scene"}
+def _describe(stage: Any, world: Any, shown: Content) -> None:
+    scale = shown.scale(0)
+    stage.GetRootLayer().documentation = shown.title
+    kept = {key: str(value) for key, value in shown.attributes.items() if key != "scene"}
     stage.GetRootLayer().customLayerData = {**kept, "creator": "warp-rods"}
-    world.SetDisplayName(title)
+    world.SetDisplayName(shown.title)
+    colours = {"low": scale.low, "high": scale.high, "colourMap": scale.colour.map_name}
     world.SetCustomDataByKey("elasticEnergyDensity", colours)
 
 
-def _colour_range(ensembles: dict[str, xr.Dataset]) -> tuple[float, float]:
-    """The energy densities at both ends of the colour map, for the whole run."""
-    density = np.concatenate([sampled(data.energy_density).values.ravel() for data in ensembles.values()])
-    low, high = np.quantile(density[np.isfinite(density)], _QUANTILES)
-    return float(low), float(high if high > low else low + 1.0)
-
-
-def _radius(scene: Scene, data: xr.Dataset) -> float:
-    """Half the steric core where there is one, so that rods in contact touch as drawn; else that of a slender rod."""
-    if scene.steric:
-        return scene.steric.core / 2
-    steps = np.diff(data.position.isel(frame=-1).values, axis=1)  # growing rods are longest at the end
-    return float(np.nanmean(np.linalg.norm(steps, axis=-1).sum(axis=1)) / _SLENDERNESS)  # without failed rods
-
-
-def _is_in_view(box: np.ndarray, in_view: list[np.ndarray]) -> bool:
-    """Whether points in view already enclose a box, to a tenth of its size, as a membrane encloses its rods."""
-    if not in_view:
-        return False
-    points, slack = np.concatenate(in_view), 0.1 * (box[1] - box[0]).max()
-    return bool(np.all(points.min(axis=0) - slack <= box[0]) and np.all(box[1] <= points.max(axis=0) + slack))
+def _enclosed(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> bool:
+    """Whether points [n, 3] enclose a box to a tenth of its size, as a membrane encloses its rods."""
+    slack = 0.1 * (high - low).max()
+    return bool(
+        len(points) and np.all(points.min(axis=0) - slack <= low) and np.all(high <= points.max(axis=0) + slack)
+    )
 
 
 def _corners(box: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The load on the membrane in a USD stage, drawn as arrows: force per length of the filaments, and force of their ends.
+"""Forces in a USD stage, drawn as arrows: load on the membrane, also that of the filaments' ends, and activity.
 
 An arrow is one linear curve, base – neck – neck – tip, whose widths form its head. Readers that draw the rods draw the
 arrows too. They have the purpose "guide", as hundreds of arrows would hide the rods; usdview (Display › Display
@@ -7,78 +7,101 @@ Purposes › Guide) and Blender (import with "Guide" ticked) show them on reques
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from warp_rods.draw.usd.curves import frames_of, linear_curves, sampled, set_points
+from warp_rods.draw.content import SAMPLED_FRAMES, Content
+from warp_rods.draw.rods import Rods
+from warp_rods.draw.usd.curves import linear_curves, set_points
 from warp_rods.progress import with_progress
 
+__all__ = ["ACTIVITY", "LOADS", "draw_forces"]
+
 _SPACING = 8  # approximate number of nodes between arrows; an arrow at every node would double the size of the file
-_QUANTILE, _LENGTH = 0.95, 0.08  # length of the arrow at this quantile of |load|, in sizes of the membrane
+_QUANTILE, _LENGTH = 0.95, 0.08  # length of the arrow at this quantile of |force|, in sizes of what is drawn
 _POINTS = np.array([0.0, 0.7, 0.7, 1.0])  # base, neck (twice) and tip along the arrow
 _WIDTHS = np.array([0.05, 0.05, 0.15, 0.0])  # widths there, in lengths of the arrow at that quantile
 _COLOUR = (0.80, 0.10, 0.02)  # does not occur in the colour map of the energy
+LOADS = ("load", "end_load")
+ACTIVITY = "activity"
 _DOCUMENTATION = {
     "load": "force per length of the filaments on the membrane: −ν, −χ of (5.31), (5.32)",
     "end_load": "force of both end sections of the filaments on the membrane: ∓(λ, λ2, λ3) of (D.30), (D.32)",
+    "activity": "force per length of the flagella on the rod: f along the tangent, (4.12)",
 }
 """Variables that are drawn; each has a scale of its own, as their units differ."""
 
 
-def draw_loads(stage: Any, ensembles: dict[str, xr.Dataset], size: float, material: Any) -> None:
-    """Arrows of each variable for each ensemble where it is not zero, with one scale for all ensembles and frames.
+@dataclass(frozen=True)
+class _Scale:
+    """A force of size ``typical`` has an arrow of this ``length``; the scale is that of all ensembles and frames."""
 
-    An arrow at the 0.95 quantile of |load| has 0.08 times ``size``, the size of the membrane.
+    typical: float
+    length: float
+
+
+def draw_forces(stage: Any, shown: Content, names: tuple[str, ...], frames: range, size: float, material: Any) -> None:
+    """Arrows of these variables at these frames, for each ensemble where they are not zero at some time of the run.
+
+    An arrow at the 0.95 quantile of |force| has 0.08 times ``size``, the size of what is drawn.
     """
-    for variable in _DOCUMENTATION:
-        magnitudes = {name: _magnitudes(data[variable]) for name, data in ensembles.items() if variable in data}
-        loaded = {name: load for name, load in magnitudes.items() if load.any()}
+    for variable in names:
+        found = {rods: _magnitudes(rods, variable, shown.frames) for rods in shown.rods if variable in rods.data}
+        loaded = {rods: magnitudes for rods, magnitudes in found.items() if magnitudes.any()}
         if not loaded:
             continue
         every = np.concatenate(list(loaded.values()))
-        typical = float(np.quantile(every, _QUANTILE)) or float(every.max())
-        for name in loaded:
-            _draw_load(stage, name, ensembles[name], variable, typical, _LENGTH * size, material)
+        scale = _Scale(float(np.quantile(every, _QUANTILE)) or float(every.max()), _LENGTH * size)
+        for rods in loaded:
+            _draw(stage, rods, frames, variable, scale, material)
 
 
-def _magnitudes(load: xr.DataArray) -> np.ndarray:
-    """All finite values of |load| at some of the frames."""
-    values = np.linalg.norm(sampled(load).values, axis=-1)
+def _magnitudes(rods: Rods, variable: str, frames: int) -> np.ndarray:
+    """All finite values of |force| at some of the frames."""
+    some = range(0, frames, -(-frames // SAMPLED_FRAMES))
+    values = np.concatenate([np.linalg.norm(_forces(rods, variable, frame), axis=-1).ravel() for frame in some])
     return values[np.isfinite(values)]
 
 
+def _forces(rods: Rods, variable: str, frame: int) -> np.ndarray:
+    """The forces [rod, node or end, 3] at a frame."""
+    values = rods.variable(variable, frame)
+    if variable != ACTIVITY:
+        return values
+    tangent = np.gradient(rods.variable("position", frame), axis=1)
+    return values[..., None] * tangent / np.linalg.norm(tangent, axis=-1, keepdims=True)
+
+
 def _arrow_nodes(nodes: int) -> np.ndarray:
-    """The nodes of a filament that have arrows: both ends, and evenly spaced nodes between them."""
+    """The nodes of a rod that have arrows: both ends, and evenly spaced nodes between them."""
     return np.linspace(0, nodes - 1, max(3, (nodes - 1) // _SPACING + 1)).round().astype(int)
 
 
-def _draw_load(
-    stage: Any, name: str, data: xr.Dataset, variable: str, typical: float, length: float, material: Any
-) -> None:
-    """The arrows of one ensemble at every frame; a load of size ``typical`` has an arrow of this ``length``."""
+def _draw(stage: Any, rods: Rods, frames: range, variable: str, scale: _Scale, material: Any) -> None:
+    """The arrows of one ensemble at these frames."""
     from pxr import Gf, Tf, UsdGeom, Vt
 
-    at_ends = "end" in data[variable].dims
-    rods, last = data.sizes["rod"], data.sizes["node"] - 1
-    nodes = np.array([0, last]) if at_ends else _arrow_nodes(last + 1)
-    path = f"/World/Loads/{Tf.MakeValidIdentifier(name)}_{variable}"
-    arrows = linear_curves(stage, path, np.full(rods * len(nodes), len(_POINTS)), material)
+    at_ends = "end" in rods.data[variable].dims
+    nodes = np.array([0, rods.nodes - 1]) if at_ends else _arrow_nodes(rods.nodes)
+    path = f"/World/Loads/{Tf.MakeValidIdentifier(rods.name)}_{variable}"
+    arrows = linear_curves(stage, path, np.full(rods.count * len(nodes), len(_POINTS)), material)
     arrows.CreatePurposeAttr(UsdGeom.Tokens.guide)
     arrows.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(*_COLOUR)])
     arrows.GetPrim().SetDocumentation(_DOCUMENTATION[variable])
-    arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", length / typical)
+    arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", scale.length / scale.typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
-    base, load = np.zeros((2, rods, len(nodes), 3))
-    steps = with_progress(range(data.sizes["frame"]), f"USD: {variable} of {name}")
-    for frame, (place, values) in zip(steps, frames_of(data, "position", variable), strict=True):
-        position, force = place[:, nodes], values if at_ends else values[:, nodes]
-        valid = np.isfinite(position + force).all(axis=(1, 2), keepdims=True)
-        base, load = np.where(valid, position, base), np.where(valid, force, load)  # failed rods as drawn
-        points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (length / typical)
-        set_points(arrows, frame, points.reshape(-1, 3), _WIDTHS.max() / 2 * length)
+    base, load = np.zeros((2, rods.count, len(nodes), 3))
+    for frame in with_progress(frames, f"USD: {variable} of {rods.name}"):
+        values = _forces(rods, variable, frame)
+        force = values if at_ends else values[:, nodes]
+        valid = np.isfinite(rods.variable("position", frame)[:, nodes] + force).all(axis=(1, 2), keepdims=True)
+        base = np.where(valid, rods.positions(frame)[:, nodes], base)
+        load = np.where(valid, force, load)  # lost rods as drawn
+        points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (scale.length / scale.typical)
+        set_points(arrows, frame, points.reshape(-1, 3), _WIDTHS.max() / 2 * scale.length)
         # Arrows shorter than the typical one are also thinner; otherwise they would look like discs.
-        thinner = np.minimum(np.linalg.norm(load, axis=-1, keepdims=True) / typical, 1.0)
-        widths = (thinner * _WIDTHS * length).astype(np.float32)
+        thinner = np.minimum(np.linalg.norm(load, axis=-1, keepdims=True) / scale.typical, 1.0)
+        widths = (thinner * _WIDTHS * scale.length).astype(np.float32)
         arrows.CreateWidthsAttr().Set(Vt.FloatArray.FromNumpy(widths.ravel()), frame)

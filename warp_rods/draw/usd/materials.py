@@ -1,22 +1,10 @@
-"""Materials of a USD stage, and the colours of elastic energy."""
+"""Materials of a USD stage."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-COLOUR_MAP = "viridis"
 _MEMBRANE_COLOUR, _MEMBRANE_OPACITY = (0.62, 0.65, 0.70), 0.4
-
-
-def energy_colours(density: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Linear RGB [..., 3] of energy densities [...] on a perceptually uniform colour map from ``low`` to ``high``."""
-    from matplotlib import colormaps
-
-    screen = colormaps[COLOUR_MAP](np.clip((density - low) / (high - low), 0.0, 1.0))[..., :3]
-    # The colour map is tabulated in sRGB; displayColor is linear.
-    return np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def add_translucent_material(stage: Any, name: str, opacity: float) -> Any:

@@ -7,26 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from warp_rods.draw.sheet import Sheet
 from warp_rods.draw.usd.curves import bind
-from warp_rods.membranes.mesh import Curvatures, Mesh, curvatures, follow, triangulate
-from warp_rods.membranes.surfaces import Surface
+from warp_rods.membranes.mesh import Curvatures, Mesh
 from warp_rods.progress import with_progress
 
-_CELLS, _CELLS_MOVING = 96, 48
-"""Cells of the mesh along the longest edge of its box; fewer for a moving one, which is stored at every frame."""
 _SIGN = "of −∇n with n outward: a sphere of radius R has −1/R"
 
 
-def draw_membrane(
-    stage: Any, surface: Surface, times: np.ndarray, material: Any, path: str = "/World/Membrane"
-) -> np.ndarray:
-    """Draw the mesh of a surface, at all ``times`` [frame] where it moves; returns its points, or its extreme points.
+def draw_membrane(stage: Any, sheet: Sheet, frames: range, material: Any, path: str = "/World/Membrane") -> np.ndarray:
+    """Draw the mesh of a surface, at all ``frames`` where it moves; returns its points, or its extreme points.
 
     Warns where points of the mesh cannot follow a moving surface; they stay at their last positions.
     """
     from pxr import UsdGeom, Vt
 
-    mesh = triangulate(surface, _CELLS_MOVING if surface.moving else _CELLS)
+    mesh = sheet.mesh(frames.start)
     prim = UsdGeom.Mesh.Define(stage, path)
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateDoubleSidedAttr(True)
@@ -34,22 +30,20 @@ def draw_membrane(
     prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.triangles.ravel().astype(np.int32)))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     bind(prim, material)
-    if not surface.moving:
-        _set(prim, mesh, curvatures(surface, mesh.points))
+    if not sheet.moving:
+        _set(prim, mesh, sheet.curvatures(0))
         return mesh.points
-    boxes, lost = [], 0
-    for frame, time in enumerate(with_progress(times.tolist(), "USD: membrane")):
-        now = surface.at(time)
-        mesh, missed = follow(mesh, now)
-        lost = max(lost, missed)
-        _set(prim, mesh, curvatures(now, mesh.points), frame)
+    boxes = []
+    for frame in with_progress(frames, "USD: membrane"):
+        mesh = sheet.mesh(frame)
+        _set(prim, mesh, sheet.curvatures(frame), frame)
         boxes += [mesh.points.min(axis=0), mesh.points.max(axis=0)]
-    if lost:
+    if sheet.lost:
         warnings.warn(
-            f"{lost} points of the mesh cannot follow the moving membrane and stay at their last positions",
+            f"{sheet.lost} points of the mesh cannot follow the moving membrane and stay at their last positions",
             stacklevel=2,
         )
-    return np.array(boxes)
+    return np.array(boxes).reshape(-1, 3)
 
 
 def _set(prim: Any, mesh: Mesh, found: Curvatures, *frame: int) -> None:

@@ -1,0 +1,180 @@
+"""Pictures: posters, stills and films of a small run, opened again; capsules against a closed form."""
+
+import numpy as np
+import pytest
+from examples.drawn import FRAMES, write_run
+
+from warp_rods.draw.colours import COLOURS
+from warp_rods.draw.content import content
+from warp_rods.draw.exporters import EXPORTERS
+from warp_rods.draw.lettering import round_length
+from warp_rods.draw.picture import FINER, Painter
+from warp_rods.draw.poster import WIDTH
+from warp_rods.draw.scale import LACKING, Scale, scale_of
+from warp_rods.draw.selection import Selection, parse_frames, parse_span
+from warp_rods.draw.view import View, view_of
+from warp_rods.errors import SceneError
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    write_run(folder)
+    return folder
+
+
+def pixels(path) -> np.ndarray:
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def test_the_poster_has_lit_tubes_on_white(run):
+    picture = pixels(EXPORTERS["poster"].export(run))
+    height, width, _ = picture.shape
+    assert width == WIDTH and 600 < height < 1600
+    border = np.concatenate([picture[:40].reshape(-1, 3), picture[-40:].reshape(-1, 3), picture[:, :40].reshape(-1, 3)])
+    assert (border == 255).all()
+    for third in range(3):  # each panel has something coloured: tubes in viridis
+        panel = picture[150 : height - 250, third * width // 3 : (third + 1) * width // 3].astype(int)
+        assert (np.ptp(panel, axis=-1) > 60).sum() > 500
+    again = EXPORTERS["poster"].export(run, run / "again.png")
+    assert again.read_bytes() == (run / "poster.png").read_bytes()
+
+
+@pytest.mark.parametrize("radius", [3.0, 12.0])
+def test_a_tube_covers_its_projection(run, radius):
+    """A capsule of length L across and radius r covers 2 r L + π r² pixels; one along the view, a disc."""
+    shown = content(run, Selection(ensembles=("cell",)))
+    shown.rods = shown.rods[:1]
+    rods, across = shown.rods[0], np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    shown.membrane = None
+    for direction, length in ((0, 100.0), (2, 0.0)):
+        line = np.zeros((1, rods.nodes, 3))
+        line[0, :, direction] = np.linspace(-50, 50, rods.nodes)
+        rods.positions, rods.values = lambda frame, line=line: line, lambda frame: np.zeros((1, rods.nodes))
+        rods.count, rods.radius = 1, radius
+        painter = Painter(shown, View(across, np.zeros(3), np.array([80.0, 40.0])), 160, 80)
+        painter._sheet = None
+        assert painter.scale == 1.0
+        painter.paint(0)
+        depth = painter._rods.depth.numpy()
+        area = (depth > -1e29).sum() / FINER**2
+        assert area == pytest.approx(2 * radius * length + np.pi * radius**2, rel=0.03)
+        nearest = depth.max() / FINER
+        assert nearest == pytest.approx(radius if direction == 0 else 50 + radius, rel=0.01)
+
+
+def test_views_suit_the_motion(run):
+    """Rods in a plane are seen along its normal; membranes at an angle."""
+    shown = content(run, Selection(ensembles=("cell",)))
+    assert 0.1 < abs(view_of(shown).axes[2, 2]) < 0.9
+    shown.membrane = None
+    turned = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    bow = np.stack([np.linspace(-1, 1, 17), np.linspace(-1, 1, 17) ** 2, np.zeros(17)], axis=-1) @ turned.T
+    for rods in shown.rods:
+        rods.positions = lambda frame: bow[None]
+    view = view_of(shown)
+    assert abs(view.axes[2] @ turned[:, 2]) == pytest.approx(1.0, abs=1e-6) and view.axes[2, 2] > 0
+    np.testing.assert_allclose(view.axes @ view.axes.T, np.eye(3), atol=1e-12)
+    inside = np.abs((bow - view.centre) @ view.axes[:2].T)
+    assert (inside <= view.half).all() and (inside.max(axis=0) / view.half).max() > 0.9
+
+
+def test_a_camera_follows_rods_that_travel_far(run):
+    """The picture is as large as one rod needs, and is where the rod is."""
+    shown = content(run, Selection(ensembles=("cell",)))
+    shown.membrane = None
+    bow = np.stack([np.linspace(-0.5, 0.5, 17), np.linspace(-1, 1, 17) ** 2 / 4, np.zeros(17)], axis=-1)
+    for rods in shown.rods:
+        rods.positions = lambda frame: (bow + np.array([0.0, 5.0 * frame, 0.0]))[None]
+    view = view_of(shown)
+    assert view.follows and view.half.max() < 0.9
+    np.testing.assert_allclose(view.at(shown, 4).centre - view.at(shown, 1).centre, [0, 15.0, 0], atol=1e-12)
+
+
+def test_films_have_all_frames(run):
+    from PIL import Image
+
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    path = EXPORTERS["mp4"].export(run, fps=12)
+    assert ffmpeg.count_frames_and_secs(str(path)) == (FRAMES, pytest.approx(FRAMES / 12, abs=0.01))
+    frames = ffmpeg.read_frames(str(path))
+    assert next(frames)["size"] == (1280, 720)
+    first, *_, last = (np.frombuffer(frame, np.uint8).astype(int) for frame in frames)
+    assert np.abs(first - last).max() > 100 and first.mean() > 150
+    with Image.open(EXPORTERS["gif"].export(run, selection=Selection(frames=slice(0, 3)))) as film:
+        assert film.n_frames == 3 and film.info["duration"] == 40
+
+
+def test_stills_have_the_resolution_that_was_asked_for(run):
+    folder = EXPORTERS["png"].export(run, selection=Selection(frames=slice(2, None, 3)), dpi=50)
+    assert sorted(path.name for path in folder.iterdir()) == ["frame_2.png", "frame_5.png"]
+    assert pixels(folder / "frame_5.png").shape == (240, 320, 3)
+    assert EXPORTERS["png"].export(run, selection=Selection(frames=slice(1)), dpi=50) == folder  # replaces the folder
+    assert [path.name for path in folder.iterdir()] == ["frame_0.png"]
+
+
+@pytest.mark.parametrize("name", COLOURS)
+def test_every_colour_has_values_and_a_scale(run, name):
+    shown = content(run, Selection(colour=name, frames=slice(1, None, 2)))
+    for rods in shown.rods:
+        values = rods.values(1)
+        assert values.shape == (rods.count, rods.nodes)
+        if name != "gauss" or rods.name == "sensors":
+            assert np.isfinite(values).all() == (name != "activity" or rods.name == "cell")
+        rgb = shown.scale(1).rgb(values)
+        assert rgb.shape == (*values.shape, 3) and rgb.min() >= 0 and rgb.max() <= 1
+    assert shown.scale(0).ticks(3)[0] < shown.scale(0).ticks(3)[1]
+
+
+def test_speed_and_heading_are_those_of_the_motion(run):
+    """Central differences between frames of the run next to each other, whatever frames are chosen."""
+    data = content(run).rods[0].data
+    speed = COLOURS["speed"].values(data, range(1, 5))
+    moved = data.position.values[2:6] - data.position.values[0:4]
+    np.testing.assert_allclose(speed, np.linalg.norm(moved, axis=-1) / 0.2, rtol=1e-12)
+    strided = COLOURS["speed"].values(data, range(1, 5, 3))
+    np.testing.assert_array_equal(strided, speed[::3])
+    heading = COLOURS["heading"].values(data, range(5, 0, -2))
+    ends = data.position.values[[5, 3, 1]][:, :, [7, 9]]
+    tangent = ends[:, :, 1] - ends[:, :, 0]
+    np.testing.assert_allclose(heading[..., 0], np.arctan2(tangent[..., 1], tangent[..., 0]), rtol=0, atol=1e-12)
+
+
+def test_scales():
+    amount = scale_of(COLOURS["speed"], np.array([1.0, 2.0, np.nan]))
+    assert 1.0 <= amount.low < amount.high <= 2.0
+    np.testing.assert_array_equal(amount.rgb(np.array([np.nan]))[0], LACKING)
+    signed = scale_of(COLOURS["tension"], np.array([-3.0, 1.0]))
+    assert signed.low == -signed.high and signed.high == pytest.approx(3.0, rel=0.02)
+    energy = Scale(COLOURS["energy_density"], 0.0, 4.0)
+    np.testing.assert_allclose(energy.fraction(np.array([-1.0, 0.0, 1.0, 4.0, 9.0])), [0, 0, 0.5, 1, 1])
+    np.testing.assert_allclose(energy.ticks(3), [0, 1, 4])
+    angle = scale_of(COLOURS["heading"], np.zeros(1))
+    np.testing.assert_allclose(angle.rgb(np.array([-np.pi])), angle.rgb(np.array([np.pi])), atol=0.02)
+
+
+def test_lost_rods_stay_and_are_grey(tmp_path):
+    write_run(tmp_path, fail_at=3)
+    shown = content(tmp_path, Selection(frames=slice(None, None, -1)))  # backwards: the last frame first
+    rods = next(rods for rods in shown.rods if rods.name == "sensors")
+    np.testing.assert_array_equal(rods.positions(0)[1], rods.positions(3)[1])
+    assert np.isfinite(rods.positions(0)).all()
+    np.testing.assert_array_equal(shown.scale(0).rgb(rods.values(0))[1, 0], LACKING)
+
+
+def test_texts_of_the_command_line():
+    assert (parse_frames("0:100:5"), parse_frames("-1"), parse_frames(":")) == (
+        slice(0, 100, 5),
+        slice(-1, None),
+        slice(None, None),
+    )
+    assert parse_span("0.5,2") == (0.5, 2.0) and parse_span("frame") == "frame"
+    for text in ("", "a", "1:2:3:4", "::0"):
+        with pytest.raises(SceneError, match=r"frames = .*: must be first:last:step"):
+            parse_frames(text)
+    for text in ("2,1", "1", "all"):
+        with pytest.raises(SceneError, match=r"range = .*: must be"):
+            parse_span(text)
+    assert [round_length(most) for most in (0.99, 1.0, 7.0, 0.03)] == pytest.approx([0.5, 1.0, 5.0, 0.02])

@@ -1,0 +1,124 @@
+"""A folder of images of a run: ``image.ome.tif``, ``masks.ome.tif`` and the settings, ``microscope.toml``.
+
+Both stacks have the axes time, channel, z, y, x, one channel an ensemble. Seen on a screen x points to the right, y up
+and z towards the viewer. Masks have the numbers of rods from 1, and 0 beside them.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warp_rods.draw.files.optional import needed
+from warp_rods.draw.microscope.camera import MOST, counts
+from warp_rods.draw.microscope.light import Field, expected, sources
+from warp_rods.draw.microscope.masks import masks
+from warp_rods.draw.microscope.settings import Complete, microscope
+from warp_rods.errors import SceneError
+from warp_rods.progress import with_progress
+
+if TYPE_CHECKING:
+    from warp_rods.draw.content import Content
+
+__all__ = ["field_of", "size", "write"]
+
+MARGIN = 4.0
+"""Widths of the point spread function around the rods."""
+SAMPLED = 2.0
+"""Sources in a width: their sum differs from the integral along a long rod by exp(−2π² · 4), at its ends by 0.3 %."""
+LARGEST = 2e8
+"""Voxels of a stack."""
+
+
+def write(content: Content, path: Path, optics: str) -> None:
+    """Write the folder. Raises SceneError for wrong settings, and where a stack would be too large for memory."""
+    tifffile = needed("tifffile", "--microscope", "images")
+    settings = microscope(content, optics)
+    field = field_of(content, settings)
+    _check(field, settings)
+    path.mkdir()
+    (path / "microscope.toml").write_text(settings.to_toml(), encoding="utf-8")
+    described = _metadata(content, settings, field)
+    shape = (content.frames, len(content.rods), *field.shape)
+    images, labels = _images(content, settings, field), _masks(content, field)
+    kind = np.uint16 if max(rods.count for rods in content.rods) < 2**16 else np.uint32
+    for name, pages, dtype, packed in (("image", images, np.uint16, None), ("masks", labels, kind, "zlib")):
+        big = 2 * np.prod(shape, dtype=float) > 3.9e9
+        with tifffile.TiffWriter(path / f"{name}.ome.tif", ome=True, bigtiff=big) as file:
+            file.write(
+                pages, shape=shape, dtype=dtype, photometric="minisblack", compression=packed, metadata=described
+            )
+
+
+def size(content: Content, optics: str) -> float:
+    """About how many bytes the files have; masks are compressed."""
+    voxels = np.prod(field_of(content, microscope(content, optics)).shape, dtype=float)
+    return content.frames * len(content.rods) * (2.3 * voxels + 500) + 3e3
+
+
+def field_of(content: Content, settings: Complete) -> Field:
+    """The pixels that hold all rods at all frames, with a margin, and the planes."""
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for rods in content.rods:
+        for frame in range(content.frames):
+            places = rods.positions(frame)[..., :2]
+            low, high = np.minimum(low, places.min(axis=(0, 1))), np.maximum(high, places.max(axis=(0, 1)))
+    low, high = low - MARGIN * settings.width, high + MARGIN * settings.width
+    columns, rows = np.ceil((high - low) / settings.pixel).astype(int)
+    heights = settings.focus + settings.spacing * (np.arange(settings.planes) - (settings.planes - 1) / 2)
+    return Field(float(low[0]), float(high[1]), settings.pixel, int(rows), int(columns), heights)
+
+
+def _check(field: Field, settings: Complete) -> None:
+    if np.prod(field.shape, dtype=float) > LARGEST:
+        raise SceneError(
+            f"pixel = {settings.pixel:g}: a stack would have {field.columns} × {field.rows} × {settings.planes} "
+            f"voxels, and may have {LARGEST:.0e}: give a larger pixel or fewer planes in --optics"
+        )
+
+
+def _images(content: Content, settings: Complete, field: Field) -> Iterator[np.ndarray]:
+    """Pages [row, column] of counts, in the order time, channel, z."""
+    saturated = 0
+    for frame in with_progress(range(content.frames), "microscope"):
+        for channel, rods in enumerate(content.rods):
+            lights = sources(rods.positions(frame), settings.photons, settings.width / SAMPLED)
+            photons = expected(lights, field, settings.width, settings.depth)
+            stack = counts(photons, settings, (content.numbers[frame], channel))
+            saturated += int((stack == MOST).sum())
+            yield from stack
+    if saturated:
+        logging.getLogger(__name__).warning(f"{saturated} voxels are saturated: lower photons or gain in --optics")
+
+
+def _masks(content: Content, field: Field) -> Iterator[np.ndarray]:
+    """Pages [row, column] of labels, in the same order."""
+    for frame in with_progress(range(content.frames), "masks"):
+        for rods in content.rods:
+            yield from masks(rods.positions(frame), rods.radius, field)
+
+
+def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, Any]:
+    """What OME-TIFF says of the stacks; lengths in µm where the scene has a unit."""
+    unit = "µm" if content.scene.units else "reference frame"
+    scale = content.metres * 1e6 if content.scene.units else 1.0
+    times = np.diff(content.times)
+    return {
+        "axes": "TCZYX",
+        "Name": content.title or "rods",
+        "Channel": {"Name": [rods.name for rods in content.rods]},
+        "PhysicalSizeX": field.pixel * scale,
+        "PhysicalSizeXUnit": unit,
+        "PhysicalSizeY": field.pixel * scale,
+        "PhysicalSizeYUnit": unit,
+        "PhysicalSizeZ": settings.spacing * scale,
+        "PhysicalSizeZUnit": unit,
+        **({"TimeIncrement": float(times.mean())} if len(times) else {}),
+        "Description": f"x = {field.left:.9g} + {field.pixel:.9g} (column + 1/2), "
+        f"y = {field.top:.9g} - {field.pixel:.9g} (row + 1/2), z = {field.heights[0]:.9g} + "
+        f"{settings.spacing:.9g} plane, in units of the scene",
+    }

@@ -1,0 +1,115 @@
+"""A script that opens the animation of a run in Blender: with colours, camera, world, and a film to render."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from warp_rods.draw.content import Content
+
+__all__ = ["write_script"]
+
+_SCRIPT = '''"""Opens {animation} in Blender (5.0 was tried):
+
+    blender --python {name}
+
+With a picture or a film to render, and no window: blender --background --python {name} -- --frame 10 --out still.png
+                                                   blender --background --python {name} -- --out film.mp4
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import bpy
+
+HERE, ANIMATION = Path(__file__).resolve().parent, "{animation}"
+FRAMES, FPS = {frames}, {fps:g}
+
+
+def material(name):
+    """Shows the colours that the file gives to each node."""
+    made = bpy.data.materials.new(name)
+    made.use_nodes = True
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    surface = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+    colour = nodes.new("ShaderNodeAttribute")
+    colour.attribute_name = "displayColor"
+    links.new(colour.outputs["Color"], surface.inputs["Base Color"])
+    surface.inputs["Roughness"].default_value = 0.6
+    surface.inputs["Specular IOR Level"].default_value = 0.2  # a white world would wash out the colours
+    return made
+
+
+def opened():
+    """The objects of the animation, with their materials."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.usd_import(filepath=str(HERE / ANIMATION), import_guide=False, apply_unit_conversion_scale=False)
+    colours = material("Colours of the rods")
+    for thing in bpy.data.objects:
+        if thing.type in ("CURVES", "MESH") and "displayColor" in thing.data.attributes:
+            thing.data.materials.clear()
+            thing.data.materials.append(colours)
+        if thing.type == "CAMERA":
+            bpy.context.scene.camera = thing
+        if thing.type == "LIGHT":
+            thing.data.energy *= 0.5  # the world gives the rest
+
+
+def world(scene):
+    """Even light all round, and nothing behind: pictures are transparent, films white."""
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    light = next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND")
+    light.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    light.inputs["Strength"].default_value = 0.4
+
+
+def film(scene):
+    """Size, frames and colours as in the file."""
+    scene.frame_start, scene.frame_end = 0, FRAMES - 1
+    scene.render.fps = max(round(FPS), 1)
+    scene.render.resolution_x, scene.render.resolution_y = 1280, 720
+    scene.render.film_transparent = True
+    scene.view_settings.view_transform = "Standard"
+    scene.render.engine = "CYCLES"  # needs no display
+    scene.cycles.samples, scene.cycles.use_denoising = 16, False
+
+
+def render(scene, out, frame):
+    scene.render.filepath = str(Path(out).resolve())
+    if frame is not None:
+        scene.frame_set(frame)
+        bpy.ops.render.render(write_still=True)
+        return
+    scene.render.film_transparent = False
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):  # Blender 5
+        settings.media_type = "VIDEO"
+    settings.file_format = "FFMPEG"
+    scene.render.ffmpeg.format, scene.render.ffmpeg.codec = "MPEG4", "H264"
+    bpy.ops.render.render(animation=True)
+
+
+def main():
+    given = argparse.ArgumentParser(prog="{name}")
+    given.add_argument("--out", help="a picture of one frame (.png), or a film of all (.mp4)")
+    given.add_argument("--frame", type=int, help="the frame of the picture, counted from 0")
+    words = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+    given = given.parse_args(words)
+    opened()
+    scene = bpy.context.scene
+    world(scene)
+    film(scene)
+    scene.frame_set(0 if given.frame is None else given.frame)
+    if given.out:
+        render(scene, given.out, given.frame)
+
+
+main()
+'''
+
+
+def write_script(shown: Content, path: Path, fps: float) -> None:
+    """Write the script; the animation itself, ``animation.usdc``, is to be beside it."""
+    text = _SCRIPT.format(animation="animation.usdc", name="blender.py", frames=shown.frames, fps=fps)
+    path.write_text(text, encoding="utf-8")

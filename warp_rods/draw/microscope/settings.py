@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Table, read_table
-from warp_rods.scene.tables import metres
+from warp_rods.scene.units import metres
 from warp_rods.values import Number, Positive, ZeroOrMore
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ from pages.blocks import (
 from warp_rods.cli import app
 
 LONG = {
-    *("analyse.md", "export.md", "fixed_shapes.md", "gpu.md", "loop.md", "own_force.md", "own_membrane.md"),
-    *("paraview.md", "pictures.md", "start.md"),
+    *("analyse.md", "export.md", "fixed_shapes.md", "gpu.md", "loop.md", "own_force.md"),
+    *("own_measure.md", "own_membrane.md", "paraview.md", "pictures.md", "start.md"),
 }
 """Pages whose blocks take more than about ten seconds."""
 WHOLE = get_command(app)

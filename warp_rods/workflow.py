@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from warp_rods.draw.exporters import need_ffmpeg
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Output
+from warp_rods.simulation.files import default_folder
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
@@ -42,6 +43,7 @@ def run(
     holds a run (or, with ``resume``, another one), StorageError where the folder can no longer be written, RodFailure
     once no rod is left.
     """
+    out = default_folder(scene) if out is None else out
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     if scene.output is not None and scene.output.film:
         need_ffmpeg()

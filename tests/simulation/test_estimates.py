@@ -114,7 +114,7 @@ def test_the_peak_of_a_process_is_the_estimate_within_a_quarter(kind, request):
 
 
 @pytest.mark.parametrize("kind", estimates.FOOTPRINTS)
-def test_the_readme_says_what_a_rod_takes(kind, request):
+def test_the_page_on_runs_says_what_a_rod_takes(kind, request):
     footprint = estimates.FOOTPRINTS[kind]
     alone, steric = (
         (next(estimates.needs(rows(kind, 1, 35, with_steric))).rod - footprint.rod) / 35e3
@@ -124,7 +124,7 @@ def test_the_readme_says_what_a_rod_takes(kind, request):
         f"A {CALLED[kind]} takes {alone:.2f} kB a node and {footprint.rod / 1e3:g} kB besides, with steric forces "
         f"{steric:.2f} kB a node."
     )
-    assert words in (request.config.rootpath / "README.md").read_text(encoding="utf-8")
+    assert words in (request.config.rootpath / "docs" / "runs.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("count", [10**5, 10**6, 10**7])

@@ -30,7 +30,7 @@ LONG = {
     *("analyse.md", "export.md", "fixed_shapes.md", "gpu.md", "loop.md", "own_force.md"),
     *("own_measure.md", "own_membrane.md", "paraview.md", "pictures.md", "start.md"),
 }
-"""Pages whose blocks take more than about ten seconds."""
+"""Pages whose blocks take seconds each, and that need not be run every time."""
 WHOLE = get_command(app)
 COMMANDS = WHOLE.commands
 SURFACE = {"kind": "sphere", "radius": 1.0}

@@ -1,6 +1,7 @@
 """warp_rods: geometrically exact Kirchhoff rods at low Reynolds number, in batches, on NVIDIA Warp.
 
 Scenes and runs   run, Scene, Simulation, every, Run, open_run, export_usd
+Parameter studies sweep, Study
 Your own loop     FreeRods, BoundRods, CosseratRods, Flagella, surfaces, Surface, Status
 Real cells        moment_from_flagella, drag_of_rod
 Measured shapes   from_centreline

@@ -27,6 +27,8 @@ from .simulation.loop import Simulation
 from .simulation.reading import open_run
 from .simulation.runner import Run
 from .simulation.storage import StorageError
+from .studies.study import Study
+from .studies.sweep import sweep
 from .theory import buckling, continuation, stability, steady
 from .workflow import run
 
@@ -47,6 +49,7 @@ __all__ = [
     "Simulation",
     "Status",
     "StorageError",
+    "Study",
     "Surface",
     "WarpRodsError",
     "buckling",
@@ -73,4 +76,5 @@ __all__ = [
     "steady",
     "surfaces",
     "swarm",
+    "sweep",
 ]

@@ -133,6 +133,45 @@ def _log_to(console: Console) -> None:
 
 
 @app.command()
+def sweep(
+    scene: SceneFile,
+    out: Annotated[Path | None, _out("Folder for the results; default runs/<scene name>")] = None,
+    device: Annotated[str, typer.Option(help="auto, cpu or cuda:N")] = "auto",
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine; default one for each core")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="The scheduler of another cluster of Dask (docs/cluster.md)")
+    ] = None,
+    part: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Do the I-th of N parts here, without Dask: for array jobs")
+    ] = None,
+    status: Annotated[bool, typer.Option("--status", help="Show how far the study is, and do nothing")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in the folder")] = False,
+) -> None:
+    """Simulate a scene at every point of its [sweep]; a study that was stopped goes on. Exit code 3: points failed."""
+    from warp_rods.scene.shipped import find_scene
+    from warp_rods.simulation.files import default_folder
+
+    folder = default_folder(scene) if out is None else out
+    if status:
+        from warp_rods.studies.status import status as status_of
+
+        print(status_of(folder))
+        return
+    _start_warp()
+    from warp_rods.studies.sweep import parsed_part
+    from warp_rods.studies.sweep import sweep as sweep_scene
+
+    console = Console(markup=False, highlight=False)
+    done = sweep_scene(
+        find_scene(scene), folder, device=device, scheduler=scheduler, workers=workers, part=parsed_part(part),
+        overwrite=overwrite, console=console,
+    )  # fmt: skip
+    console.print(done.summary, soft_wrap=True)
+    if done.points.get("failed"):
+        raise typer.Exit(RodFailure.exit_code)
+
+
+@app.command()
 def check(
     scene: Annotated[
         Path,
@@ -150,10 +189,16 @@ def check(
 
         print(check_run(scene))
         return
+    from warp_rods.scene.scene import Scene
     from warp_rods.scene.shipped import find_scene
     from warp_rods.simulation.check_scene import check_scene
 
-    print(check_scene(find_scene(scene)))
+    found = find_scene(scene)
+    print(check_scene(found))
+    if Scene.load(found).sweep is not None:
+        from warp_rods.studies.plan import check_study
+
+        print(check_study(found))
 
 
 def _export(run_dir: Path, out: Path | None, dry_run: bool, selection: dict[str, str], **given: Any) -> None:

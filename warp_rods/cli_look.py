@@ -18,9 +18,9 @@ RunDir = Annotated[
     Path, typer.Argument(metavar="DIR", help="The folder of a run", autocompletion=completion.run_folders)
 ]
 RUNS = Path("runs")
-PLOTTED = {"trajectory.zarr": "warp_rods.draw.of_run"}
-"""What marks a folder that can be plotted, and the module with ``listed(folder)``, lines that say what there is, and
-``drawn(folder, names, ensembles, out, rod)``, which draws."""
+PLOTTED = {"trajectory.zarr": "warp_rods.draw.of_run", "study.zarr": "warp_rods.studies.plot"}
+"""What marks a folder that can be plotted, and the module with ``plotted(folder, names, ensembles, out, rod)``: it
+draws and yields lines to print; without names it may list what there is."""
 
 
 def out_option(what: str) -> Any:
@@ -58,16 +58,18 @@ def plot(
     rod: Annotated[int | None, typer.Option(min=0, help="Which rod, where a plot shows one; the first is 0")] = None,
     out: Annotated[Path | None, out_option("Folder for the files; default DIR/plots")] = None,
 ) -> None:
-    """Draw plots of a run as PNG and SVG into DIR/plots; without names, list what can be drawn of it."""
+    """Draw plots of a run, or diagrams of a study, as PNG and SVG; without names, list what can be drawn of a run.
+
+    Those of a run are written to DIR/plots. Of a study all measures are drawn, or those named, into its folder.
+    """
     _start_warp()
     module = next((module for mark, module in PLOTTED.items() if (run_dir / mark).exists()), None)
     if module is None:
         raise RunFolderError(
-            f"There is no run in {run_dir}: give the folder that `warp-rods run SCENE --out DIR` wrote"
+            f"There is no run or study in {run_dir}: give the folder that `warp-rods run SCENE --out DIR` wrote"
         )
-    of_folder = import_module(module)
     chosen = [name for name in ensembles.split(",") if name]
-    for said in of_folder.drawn(run_dir, names, chosen, out, rod) if names else of_folder.listed(run_dir):
+    for said in import_module(module).plotted(run_dir, names or [], chosen, out, rod):
         print(said)
 
 

@@ -113,8 +113,19 @@ def _unknown(name: object) -> SceneError:
     return SceneError(f"device = {name}: no such device; must be one of {', '.join(['auto', *names])}")
 
 
+def use_one_core() -> None:
+    """Let this process step its rods in one thread, as other processes use the other cores."""
+    global _cores
+    _cores = 1
+
+
+_cores: int | None = None
+
+
 def cores() -> int:
     """The number of cores that this process may use."""
+    if _cores is not None:
+        return _cores
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -68,6 +68,13 @@ BASES: tuple[dict[str, Any], ...] = (
         "filaments": [FILAMENTS | {"growth": {"time": [0.0, 1.0], "length": [0.5, 0.8], "spacing": 0.04}}],
         "time": TIME, "output": {"usd": False, "variables": ["energy", "gauss"], "frames_per_file": 10},
     },
+    {
+        "swimmers": [CELLS], "time": TIME,
+        "sweep": {
+            "swimmers.c.bend": {"from": 1e-3, "to": 1e-2, "num": 3, "scale": "log"}, "seeds": 2, "refine": 1,
+            "swimmers.c.flagella.diffusion": [1e-3, 2e-3], "measure": ["speed", "class"], "keep": "summary",
+        },
+    },
     {"cosserat": [SPRINGS], "time": TIME},
     {"cosserat": [SPRINGS | FULL_SPRINGS], "time": TIME | {"step": 1e-2}},
     {

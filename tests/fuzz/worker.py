@@ -30,7 +30,7 @@ GRID = 3e5
 """Nodes of the grid of a membrane: with the 2e7 that users may have, a sound mesh takes a minute and two gigabytes."""
 LARGE = 20_000
 """Nodes above which no steps are taken."""
-KEYS = r"\b(title|seed|surface|filaments|swimmers|box|steric|time|units|output|scene)\b|TOML"
+KEYS = r"\b(title|seed|surface|filaments|swimmers|box|steric|time|units|output|sweep|scene)\b|TOML"
 """What a message must name, if not a file."""
 
 MAKE: dict[str, Callable[[int, Path], str]] = {
@@ -67,7 +67,10 @@ def run(text: str, folder: Path, steps: bool) -> str:
 def _few_steps(scene: Any) -> None:
     from warp_rods.rods.together import exhaust
     from warp_rods.simulation.loop import Simulation
+    from warp_rods.studies.plan import Plan
 
+    if scene.sweep is not None:
+        Plan(scene).check()
     simulation = Simulation(scene, "cpu")
     if sum(e.count * e.nodes for e in simulation.ensembles.values()) > LARGE:
         return

@@ -15,6 +15,7 @@ import warp_rods as wr
 from pages.blocks import (
     LANGUAGES,
     NOT_RUN,
+    NOT_RUN_PYTHON,
     OTHER_FILES,
     PAGES,
     ROOT,
@@ -90,7 +91,9 @@ def _run_python(page: Path, block: Block, names: dict) -> None:
     """Lines of errors are those of the page. A picture that would be shown on a screen is not."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "FigureCanvasAgg is non-interactive")
-        exec(compile("\n" * (block.line - 1) + block.text, page, "exec"), names)
+        code = compile("\n" * (block.line - 1) + block.text, page, "exec")
+        if page.name not in NOT_RUN_PYTHON:
+            exec(code, names)
 
 
 def _start(block: Block) -> None:
@@ -130,7 +133,7 @@ def test_what_is_not_run_is_there():
     lines = _lines_of_shells()
     assert {row for row in NOT_RUN if any(re.fullmatch(row, line) for line in lines)} == set(NOT_RUN)
     assert all((ROOT / "scenes" / f"{name}.toml").is_file() for name in SHORTENED)
-    assert {name for name in RUNS_BEFORE} <= {page.name for page in PAGES}
+    assert {*RUNS_BEFORE, *NOT_RUN_PYTHON} <= {page.name for page in PAGES}
     assert {page.name for page in PAGES} >= LONG
 
 

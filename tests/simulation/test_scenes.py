@@ -22,7 +22,8 @@ SCENES = Path(__file__).parents[2] / "scenes"
 
 def shortened(name: str, end: float, save_every: float) -> Scene:
     scene = Scene.load(SCENES / name)
-    return scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "save_every": save_every})})
+    time = scene.time.model_copy(update={"end": end, "save_every": save_every})
+    return scene.model_copy(update={"time": time, "sweep": None})
 
 
 LARGE = {"proteins", "proteins_negative", "swarm_2d", "swarm_periodic", "real_shape", "expression"}

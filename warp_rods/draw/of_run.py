@@ -72,6 +72,13 @@ def listed(run_dir: Path) -> Iterator[str]:
     yield f"To draw some: warp-rods plot {run_dir} {found[0].name} {found[-1].name}; to draw all: {ALL}"
 
 
+def plotted(
+    run_dir: Path, names: Sequence[str], ensembles: Sequence[str] = (), out: Path | None = None, rod: int | None = None
+) -> Iterator[Path | str]:
+    """``drawn``, or ``listed`` where no plot is named."""
+    return drawn(run_dir, names, ensembles, out, rod) if names else listed(run_dir)
+
+
 def drawn(
     run_dir: Path, names: Sequence[str], ensembles: Sequence[str] = (), out: Path | None = None, rod: int | None = None
 ) -> Iterator[Path | str]:

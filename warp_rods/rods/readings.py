@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -48,10 +48,14 @@ class Readings(metaclass=Documented):
             reading.update()
             return reading.take()
 
-    def variables(self) -> dict[str, np.ndarray]:
-        """A frame of the present state: the variables of ``saved`` except those of contact, at the saved nodes."""
+    def variables(self, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+        """A frame of the present state: the variables of ``saved`` except those of contact, at the saved nodes.
+
+        names: of those that are wanted; by default all.
+        """
+        wanted = self.saved if names is None else names
         with exclusive:
-            readings = {name: row for name, row in self.readings().items() if name in self.saved}
+            readings = {name: row for name, row in self.readings().items() if name in self.saved and name in wanted}
             for update in dict.fromkeys(row.update for row in readings.values()):
                 update()
             taken = {name: row.take() for name, row in readings.items()}

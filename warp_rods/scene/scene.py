@@ -28,13 +28,12 @@ from warp_rods.scene.ends import EndTable
 from warp_rods.scene.filaments import FilamentsTable
 from warp_rods.scene.flows import FlowTable
 from warp_rods.scene.outside import ForceTable, Gravity
+from warp_rods.scene.sweep import ENSEMBLES, SweepTable, sweep_faults
 from warp_rods.scene.swimmers import SwimmersTable
 from warp_rods.scene.tables import Output, Steric, SurfaceTable, Time
 from warp_rods.scene.units import Units
 from warp_rods.values import key_path, plain, shown
 
-ENSEMBLES = ("filaments", "swimmers", "cosserat")
-"""The tables of ensembles."""
 LARGEST_FILE = 100_000_000
 """Bytes of a scene in TOML, at most."""
 
@@ -57,6 +56,7 @@ class Scene(Table):
     time: Time = Field(description="a table, [time], with an end")
     units: Units | None = Field(default=None, description='a table, [units]; in these units "500 nm" is a number')
     output: Output | None = Field(default=None, description="a table, [output]")
+    sweep: SweepTable | None = Field(default=None, description="a table, [sweep]")
 
     def __init__(self, /, **tables: Any):
         read, faults = in_scene_units(plain(tables))
@@ -169,6 +169,7 @@ class Scene(Table):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         faults = [*_name_faults(raw), *_box_faults(raw, good), *_symmetry_faults(good), *_aim_faults(raw, good)]
+        faults += sweep_faults(raw)
         if not any(raw.get(kind) for kind in ENSEMBLES):
             text = ": missing; a scene has at least one [[filaments]], [[swimmers]] or [[cosserat]]"
             faults.append(fault(("filaments",), raw, text))

@@ -18,6 +18,7 @@ from warp_rods.scene.flagella import ALLOWED, LAWS, FlagellaTable
 from warp_rods.scene.flows import FLOWS, FlowTable
 from warp_rods.scene.per_rod import OR_EACH
 from warp_rods.scene.scene import Scene
+from warp_rods.scene.sweep import SweepTable
 from warp_rods.scene.tables import SurfaceTable
 
 __all__ = ["DRAFT", "schema", "schema_text"]
@@ -66,7 +67,7 @@ def _table(table: type[Table], part: Mapping[str, Any]) -> dict[str, Any]:
     own, kinds = _own_keys(table)
     made["properties"] |= {key: {"description": words} for key, words in own.items() if key not in made["properties"]}
     made["properties"] |= {key: {**made["properties"][key], "enum": names} for key, names in kinds.items()}
-    return made | {"additionalProperties": False}
+    return made | {"additionalProperties": table is SweepTable}
 
 
 def _own_keys(table: type[Table]) -> tuple[dict[str, str], dict[str, list[str]]]:

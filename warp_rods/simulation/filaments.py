@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -154,12 +155,12 @@ def _room(
 
 def _random(layout: Layout, table: FilamentsTable, part: placement.Part | None) -> tuple[np.ndarray, np.ndarray]:
     """Uniform in area, isotropic in angle; with steric forces at least the core and a node spacing apart."""
-    surface, rng, steric = layout.surface, layout.random(table.name), layout.scene.steric
+    surface, steric = layout.surface, layout.scene.steric
     assert surface is not None
     has_end = bool(np.isfinite(ends_of(surface)).all())
     parameters, clamped = _at_start(table), (table.ends[0] == "clamped", table.ends[1] == "clamped")
 
-    def drawn(count: int) -> Poses:
+    def drawn(rng: np.random.Generator, count: int) -> Poses:
         position = placement.uniform_points(surface, count, rng, part)
         return position, placement.isotropic_directions(surface, position, rng)
 
@@ -167,21 +168,23 @@ def _random(layout: Layout, table: FilamentsTable, part: placement.Part | None) 
         own = {name: values[rods] for name, values in parameters.items()}
         return centre_lines(surface, position, direction, table.node_count, own, clamped, layout.device)
 
-    def inside(rods: np.ndarray) -> tuple[Poses, np.ndarray]:
+    def inside(rng: np.random.Generator, rods: np.ndarray) -> tuple[Poses, np.ndarray]:
         """Poses and centre lines of filaments that lie inside the box in which φ is given."""
-        position, direction = drawn(len(rods))
+        position, direction = drawn(rng, len(rods))
         lines, status = laid_out(position, direction, rods)
         for _ in range(MOST_ROUNDS):
             if not len(out := np.flatnonzero(status == Status.LEFT_DATA)):
                 return (position, direction), lines
-            position[out], direction[out] = drawn(len(out))
+            position[out], direction[out] = drawn(rng, len(out))
             lines[out], status[out] = laid_out(position[out], direction[out], rods[out])
         raise SceneError(
             f"length = {np.max(table.known_length):g}: no place was found where the filament is in the box"
         )
 
     if steric is None:
-        return inside(np.arange(table.count))[0] if has_end else drawn(table.count)
+        parts = layout.parts(table.name, table.count)
+        poses = [inside(rng, rods)[0] if has_end else drawn(rng, len(rods)) for rng, rods in parts]
+        return np.concatenate([one[0] for one in poses]), np.concatenate([one[1] for one in poses])
     spacing = float(np.max(table.known_length)) / (table.node_count - 1)
 
     from warp_rods.contact.overlap import without_overlap
@@ -190,7 +193,7 @@ def _random(layout: Layout, table: FilamentsTable, part: placement.Part | None) 
     clearance = max(steric.core, spacing)
     _refuse_crowd(surface, part, table, clearance)
     space = OccupiedSpace(layout.lines, np.array(layout.scene.period))
-    found = without_overlap(table.count, inside, clearance, space)
+    found = without_overlap(table.count, partial(inside, layout.random(table.name)), clearance, space)
     layout.notes.append(f"{table.name}: {table.count} placed at random, uniform in area; {found.note}")
     position, direction = found.poses
     return position, direction

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -47,6 +47,8 @@ class Layout:
     """Shapes that are from files, by the name of the ensemble."""
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    seeds: tuple[int, ...] = ()
+    """Of equal parts of each ensemble, placed as in scenes of their own with these seeds; none: one part."""
 
     def start_of(self, table: Any) -> Arrays:
         """The start of an ensemble from a file, at the nodes of its table; tells what was done with it."""
@@ -57,6 +59,12 @@ class Layout:
     def bending_at_start(self, name: str) -> float:
         """The largest curvature at a node of a start from a file, 0 of others; 1/length."""
         return largest_bending(self.starts[name].at(NODES_OF_BENDING)[0]) if name in self.starts else 0.0
+
+    def parts(self, name: str, count: int) -> list[tuple[np.random.Generator, np.ndarray]]:
+        """A random generator for each part of an ensemble, and the numbers of its rods."""
+        seeds = self.seeds or (self.scene.seed,)
+        rods = np.arange(count).reshape(len(seeds), -1)
+        return [(np.random.default_rng([seed, *name.encode()]), part) for seed, part in zip(seeds, rods, strict=True)]
 
     def random(self, name: str) -> np.random.Generator:
         """A random generator for one ensemble, so that an additional ensemble does not change the others."""
@@ -79,10 +87,13 @@ class Layout:
         return [rods.position for rods in self.ensembles.values()]
 
 
-def lay_out(scene: Scene, device) -> Layout:
-    """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible."""
+def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
+    """Make every ensemble of the scene on the device; raises SceneError naming the table that is impossible.
+
+    seeds: of equal parts of each ensemble that do not feel each other, instead of the seed of the scene.
+    """
     check_memory(scene, device)
-    layout = Layout(scene, device, *build_surfaces(scene))
+    layout = Layout(scene, device, *build_surfaces(scene), seeds=tuple(seeds))
     layout.notes += lines_of_units(scene)
     _read_starts(layout)
     for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):

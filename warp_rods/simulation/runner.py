@@ -13,6 +13,7 @@ import numpy as np
 from warp_rods import arguments
 from warp_rods import device as devices
 from warp_rods.documented import Documented
+from warp_rods.errors import SceneError
 from warp_rods.notebook import html_table
 from warp_rods.progress import Bar, waiting
 from warp_rods.scene.scene import ENSEMBLES, Scene
@@ -106,6 +107,8 @@ def simulate(
     console = console or Console(stderr=True, markup=False, highlight=False)
     folder = default_folder(scene) if out is None else arguments.path("out", out)
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
+    if scene.sweep is not None:
+        raise SceneError("sweep: this scene is a study: run it with `warp-rods sweep SCENE`, or without its [sweep]")
     device, attached = devices.choose(device), read_hooks(hooks)
     check_writable(folder, "out")
     mark, report = RunFolder.mark(folder), Report()

@@ -8,7 +8,7 @@ from zlib import crc32
 import numpy as np
 
 from warp_rods.rods.free.rods import FreeRods
-from warp_rods.rods.free.shapes import perturbed
+from warp_rods.rods.free.shapes import Parts, perturbed
 from warp_rods.rods.per_rod import each_rod
 from warp_rods.scene.along import given_along
 from warp_rods.scene.ends import given_end
@@ -46,7 +46,9 @@ def build(layout: Layout, table: SwimmersTable) -> None:
 
 
 def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
-    shape: Any = table.shape.model_dump(exclude_none=True) | {"seed": layout.seed(table.name)}
+    seeds = [[seed, *table.name.encode()] for seed in layout.seeds]
+    seed = Parts(seeds) if seeds else layout.seed(table.name)
+    shape: Any = table.shape.model_dump(exclude_none=True) | {"seed": seed}
     flagella = table.flagella.model_dump()
     if table.shape.from_file:
         arrays, size = layout.start_of(table), table.shape.perturbation or 0.0

@@ -17,12 +17,15 @@ import numpy as np
 
 from warp_rods.simulation.chunks import crc
 
-__all__ = ["METADATA", "write_array", "write_group", "write_labels", "write_values"]
+__all__ = ["METADATA", "NUMBERS", "TEXT", "text_chunk", "write_array", "write_group", "write_labels", "write_values"]
 
 METADATA = "zarr.json"
 _BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
-_TEXT = {"name": "vlen-utf8", "configuration": {}}
 _CRC = {"name": "crc32c"}
+NUMBERS = (_BYTES, _CRC)
+"""The codecs of arrays of numbers."""
+TEXT = ({"name": "vlen-utf8", "configuration": {}}, _CRC)
+"""The codecs of arrays of text."""
 
 
 def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
@@ -31,19 +34,24 @@ def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
     _write(folder, {"attributes": dict(attributes), "zarr_format": 3, "node_type": "group"})
 
 
-def write_labels(folder: Path, labels: Sequence[str]) -> None:
+def write_labels(folder: Path, labels: Sequence[str], attributes: Mapping[str, Any] | None = None) -> None:
     """The array of the names of the entries of a dimension, which is the name of the new folder."""
-    shape, text = (len(labels),), [label.encode() for label in labels]
-    write_array(folder, shape, "string", "", (folder.name,), {}, codecs=[_TEXT, _CRC])
-    data = struct.pack("<I", len(text)) + b"".join(struct.pack("<I", len(part)) + part for part in text)
-    _write_chunk(folder, shape, data)
+    shape = (len(labels),)
+    write_array(folder, shape, "string", "", (folder.name,), attributes or {}, codecs=TEXT)
+    _write_chunk(folder, shape, text_chunk(labels))
+
+
+def text_chunk(texts: Sequence[str]) -> bytes:
+    """A chunk of an array of text, without its checksum."""
+    parts = [text.encode() for text in texts]
+    return struct.pack("<I", len(parts)) + b"".join(struct.pack("<I", len(part)) + part for part in parts)
 
 
 def write_values(folder: Path, values: np.ndarray, dims: Sequence[str], attributes: Mapping[str, Any]) -> None:
-    """An array [...] of floats with its values. Where they are all equal they are its fill value, without a file."""
-    first = float(values.flat[0])
-    equal = bool((values == first).all())
-    write_array(folder, values.shape, str(values.dtype), first if equal else math.nan, dims, attributes)
+    """An array [...] of numbers with its values. Where they are all equal they are its fill value, without a file."""
+    first = values.flat[0].item()
+    equal, other = bool((values == first).all()), math.nan if values.dtype.kind == "f" else 0
+    write_array(folder, values.shape, str(values.dtype), first if equal else other, dims, attributes)
     if not equal:
         _write_chunk(folder, values.shape, np.ascontiguousarray(values).tobytes())
 
@@ -58,7 +66,7 @@ def write_array(
     *,
     file_shape: Sequence[int] | None = None,
     chunk: Sequence[int] | None = None,
-    codecs: Sequence[Mapping[str, Any]] = (_BYTES, _CRC),
+    codecs: Sequence[Mapping[str, Any]] = NUMBERS,
 ) -> None:
     """An array without chunks in a new folder.
 

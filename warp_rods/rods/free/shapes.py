@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -118,6 +119,18 @@ def _from_table(
     return perturbed(strain, size, parameters["moment"], seed)
 
 
+@dataclass(frozen=True)
+class Parts:
+    """Seeds of equal parts of the rods, each of which gets the numbers that it would get alone."""
+
+    seeds: Sequence[Any]
+
+    def normal(self, size: tuple[int, ...]) -> np.ndarray:
+        """Standard normal numbers [rod, …]."""
+        part = (size[0] // len(self.seeds), *size[1:])
+        return np.concatenate([np.random.default_rng(seed).normal(size=part) for seed in self.seeds])
+
+
 def perturbed(strain: np.ndarray, size: Any, moment: np.ndarray, seed: Any) -> np.ndarray:
     """The strain [rod, node, 3] with a random bending of the given size, in its plane where it is planar.
 
@@ -129,13 +142,13 @@ def perturbed(strain: np.ndarray, size: Any, moment: np.ndarray, seed: Any) -> n
     s = np.linspace(-0.5, 0.5, strain.shape[-2])
     planar = (moment == 0) & ~np.asarray(strain[..., :2]).any(axis=(-1, -2))
     try:
-        rng = np.random.default_rng(seed)
+        rng = seed if isinstance(seed, Parts) else np.random.default_rng(seed)
     except (TypeError, ValueError):
         raise SceneError(f"shape.seed = {seed!r}: must be a whole number, 0 or more, or a list of them") from None
     return strain + perturbation(s, size, planar, rng)
 
 
-def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def perturbation(s: np.ndarray, size: np.ndarray, planar: np.ndarray, rng: np.random.Generator | Parts) -> np.ndarray:
     """Random bending strains [rod, node, 3] on the first beam modes, of L² norm ``size`` [rod]; no twist.
 
     planar [rod]: rods that stay in the plane of Ω[2].

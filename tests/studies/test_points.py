@@ -1,0 +1,98 @@
+"""A point has the same bits by itself, as a rod of any batch, and as a run from its own scene."""
+
+import numpy as np
+import pytest
+from examples.study import CELL, SENSOR, TIME, cells, sensors
+
+from warp_rods.scene.scene import Scene
+from warp_rods.simulation.loop import Simulation
+from warp_rods.studies.batches import batch_tables, why_not
+from warp_rods.studies.plan import Plan
+from warp_rods.studies.points import COMPUTED, LOST, as_rods, each_alone
+
+
+def same(one: np.ndarray, other: np.ndarray) -> None:
+    assert one.dtype == other.dtype
+    np.testing.assert_array_equal(one, other)
+
+
+POINTS = {
+    "swimmers": (cells, [(0, 2, 1), (3, 0, 0), (2, 1, 1), (3, 2, 0), (1, 1, 0), (0, 0, 0), (0, 0, 1), (2, 2, 0)]),
+    "filaments": (sensors, [(1, 0), (0, 0), (1, 1)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_a_point_has_the_same_bits_alone_and_in_any_batch(kind):
+    """Starts at random, measures and what they are made of: the seed belongs to the point, not to its place."""
+    scene, points = POINTS[kind]
+    plan = Plan(scene())
+    together, turned = as_rods(plan, points, "cpu"), as_rods(plan, points[::-1], "cpu")
+    assert (together.values["state"] == COMPUTED).all()
+    for name, values in together.values.items():
+        same(values, turned.values[name][::-1])
+    for alone in each_alone(plan, points[-1:], "cpu"):
+        for name, values in alone.values.items():
+            same(values[0:1], together.values[name][-1:])
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_rods_of_a_batch_move_as_in_the_scenes_of_their_points(kind):
+    scene, points = POINTS[kind]
+    plan, name = Plan(scene()), "cell" if kind == "swimmers" else "sensors"
+
+    def moved(one: Scene, seeds=()) -> np.ndarray:
+        simulation = Simulation(one, "cpu", seeds=seeds)
+        assert simulation.own_steps
+        for _ in simulation.to_next_frame():
+            pass
+        return simulation.ensembles[name].position
+
+    batch = Scene.parse(batch_tables([plan.tables_at(point) for point in points]))
+    whole = moved(batch, [plan.axes[-1].values[point[-1]] for point in points])
+    count = len(whole) // len(points)
+    for number in (0, len(points) - 1):
+        same(whole[number * count : (number + 1) * count], moved(plan.scene_at(points[number])))
+    starts = {tuple(whole[i * count].ravel()[:3]) for i in range(len(points))}
+    assert len(starts) > 1
+
+
+def test_what_every_rod_has_for_itself_goes_into_a_batch():
+    cell = CELL | {"count": 2, "bend": [1e-3, 2e-3], "placement": {"position": [[0, 0, 0], [1, 0, 0]]}}
+    sweep = {"swimmers.cell.flagella.diffusion": [1e-3, 2e-3], "measure": ["speed"]}
+    plan = Plan(Scene.parse({"swimmers": [cell], "time": TIME, "sweep": sweep}))
+    table = Scene.parse(batch_tables([plan.tables_at((i, 0)) for i in (0, 1)])).swimmers[0]
+    assert table.count == 4 and table.bend == (1e-3, 2e-3, 1e-3, 2e-3) and table.twist == CELL["twist"]
+    assert table.flagella.diffusion == (1e-3, 1e-3, 2e-3, 2e-3)
+    assert table.placement.position == ((0, 0, 0), (1, 0, 0)) * 2
+    vectors = Plan(sensors(**{"filaments.sensors.intrinsic.1": [0.0, 1.0], "filaments.sensors.length": [0.4, 0.5]}))
+    table = Scene.parse(batch_tables([vectors.tables_at((i, i, 0)) for i in (0, 1)])).filaments[0]
+    assert table.intrinsic == ((0, 0, 0), (0, 0, 0), (0, 1, 0), (0, 1, 0)) and table.length == (0.4, 0.4, 0.5, 0.5)
+    assert table.stiffness == tuple(SENSOR["stiffness"])
+
+
+ALONE = {
+    "is not a value of single rods": {"sweep": {"time.tolerance": [0.01, 0.02], "measure": ["speed"]}},
+    "rods take their steps together": {"time": TIME | {"step": 1e-3}},
+    '"auto", depends on the point': {"swimmers": [CELL | {"nodes": "auto"}]},
+}
+
+
+@pytest.mark.parametrize("reason", ALONE)
+def test_points_that_cannot_be_rods_of_a_batch_are_simulated_alone(reason):
+    sweep = {"swimmers.cell.bend": [1e-3, 2e-3], "measure": ["speed"]}
+    plan = Plan(Scene.parse({"swimmers": [CELL], "time": TIME, "sweep": sweep, **ALONE[reason]}))
+    assert reason in why_not(plan.scene, plan.paths, Simulation(plan.scene_at((0, 0)), "cpu"))
+
+
+def test_lost_rods_are_told_with_reason_and_do_not_change_the_others():
+    """A start that bends by more than half a turn between two nodes fails at once."""
+    sweep = {"swimmers.cell.shape.amplitude": [3.0, 500.0], "measure": ["speed", "class"], "seeds": 1}
+    plan = Plan(Scene.parse({"swimmers": [CELL], "time": TIME, "sweep": sweep}))
+    both, one = as_rods(plan, [(0, 0), (1, 0)], "cpu"), as_rods(plan, [(0, 0)], "cpu")
+    assert both.values["state"].tolist() == [COMPUTED, LOST] and both.values["lost"].tolist() == [0, 1]
+    assert "cell: rod 0" in both.values["message"][1] and not both.values["message"][0]
+    assert np.isnan(both.values["speed"][1]) and both.values["class"][1] == "failed"
+    same(both.values["speed"][:1], one.values["speed"])
+    (alone,) = each_alone(plan, [(1, 0)], "cpu")
+    assert alone.values["state"][0] == LOST and "cell" in alone.values["message"][0]

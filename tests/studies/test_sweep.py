@@ -1,0 +1,128 @@
+"""Whole studies without a cluster: parts, restarts, failing points, runs that are kept, status, diagrams."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from examples.study import cells, sensors
+
+import warp_rods as wr
+from warp_rods.errors import RunFolderError, SceneError
+from warp_rods.simulation.storage import StorageError
+from warp_rods.studies import begin, points, tasks
+from warp_rods.studies.plot import plot_study
+from warp_rods.studies.status import status
+from warp_rods.studies.store import Store
+
+
+def equal(one: xr.Dataset, other: xr.Dataset) -> bool:
+    return all(np.array_equal(one[n], other[n], equal_nan=one[n].dtype.kind == "f") for n in one.variables)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> wr.Study:
+    return wr.sweep(cells(), tmp_path_factory.mktemp("whole") / "study", device="cpu", part=(1, 1))
+
+
+def test_a_study_is_measured_at_every_point(whole):
+    data = whole.data
+    assert data["speed"].shape == (4, 3, 2) and (data["state"] == 1).all() and whole.left == 0
+    assert data["modes"].dims[3:] == ("component", "mode") and data["speed"].attrs["ancillary_variables"] == "settled"
+    assert set(np.unique(data["settled"])) <= {0, 1} and np.isfinite(data["speed"]).all()
+    assert "24 computed" in whole.summary and "24 of 24 points done (100 %)" in status(whole.folder)
+    assert any("rods of batches" in line for line in whole.messages)
+
+
+def test_parts_in_any_order_and_twice_are_the_whole(whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(begin, "FEWEST", 1)
+    folder = tmp_path / "study"
+    first = wr.sweep(cells(), folder, device="cpu", part=(2, 3))
+    assert 0 < first.left < 24 and "left: run the same command again" in first.summary
+    done = xr.open_zarr(folder / "study.zarr")["state"].to_numpy() == 1
+    stamps = {file: file.stat().st_mtime_ns for file in (folder / "study.zarr").rglob("c.*")}
+    again = wr.sweep(cells(), folder, device="cpu", part=(2, 3))
+    assert again.left == first.left and stamps == {f: f.stat().st_mtime_ns for f in stamps}  # nothing is done twice
+    wr.sweep(cells(), folder, device="cpu", part=(1, 3))
+    last = wr.sweep(cells(), folder, device="cpu", part=(3, 3))
+    assert last.left == 0 and done.any() and equal(last.data, whole.data)
+
+
+def test_a_study_of_another_scene_is_not_continued(whole):
+    with pytest.raises(RunFolderError, match=r"study of another scene \(\[sweep\] differs\)"):
+        wr.sweep(cells({"seeds": 3}), whole.folder, device="cpu", part=(1, 1))
+    with pytest.raises(SceneError, match=r"part = 0/3: must be i/n"):
+        wr.sweep(cells(), whole.folder, part=(0, 3))
+    with pytest.raises(SceneError, match=r"sweep: this scene is a study"):
+        wr.run(cells(), whole.folder.with_name("run"), device="cpu")
+
+
+def test_a_point_that_cannot_be_simulated_is_recorded_and_tried_again_later(whole, tmp_path, monkeypatch):
+    real, tried = points.Simulation, []
+
+    def failing(scene, device, *, seeds=()):
+        bends = np.atleast_1d(scene.swimmers[0].bend)
+        if len(seeds) > 8 or (bends > 5e-3).any():
+            tried.append(len(bends))
+            raise ValueError("no such luck")
+        return real(scene, device, seeds=seeds)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(points, "Simulation", failing)
+        study = wr.sweep(cells(), tmp_path / "study", device="cpu", part=(1, 1))
+    assert study.points == {
+        "computed": 18,
+        "failed": 6,
+        **({"not settled": n} if (n := study.points.get("not settled")) else {}),
+    }
+    assert 1 in tried and max(tried) > 1
+    data = study.data
+    assert (data["state"].to_numpy()[3] == 3).all() and (data["state"].to_numpy()[:3] == 1).all()
+    assert (
+        data["message"].to_numpy()[3, 0, 0] == "ValueError: no such luck"
+        and np.isnan(data["speed"].to_numpy()[3]).all()
+    )
+    assert len(plot_study(study.folder)) == 2
+    again = wr.sweep(cells(), study.folder, device="cpu", part=(1, 1))
+    assert not again.points.get("failed") and equal(again.data, whole.data)
+
+
+def test_a_full_disk_is_told_and_nothing_finished_is_lost(whole, tmp_path, monkeypatch):
+    """Every write fails from the nth on, in the midst of the files of a task."""
+    monkeypatch.setattr(begin, "FEWEST", 1)
+    real, writes = Store._encoded, []
+
+    def full(self, name, values):
+        writes.append(name)
+        if len(writes) > 12:
+            raise OSError(28, "No space left on device", "study.zarr")
+        return real(self, name, values)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Store, "_encoded", full)
+        with pytest.raises(StorageError, match=r"No space left on the disk of .* then run the same command again"):
+            wr.sweep(cells(), tmp_path / "study", device="cpu", part=(1, 1))
+    data = xr.open_zarr(tmp_path / "study" / "study.zarr").load()
+    done = data["state"].to_numpy() == 1
+    assert done.any() and not done.all()
+    np.testing.assert_array_equal(data["speed"].to_numpy()[done], whole.data["speed"].to_numpy()[done])
+    assert equal(wr.sweep(cells(), tmp_path / "study", device="cpu", part=(1, 1)).data, whole.data)
+
+
+def test_trajectories_are_runs_of_their_own(tmp_path):
+    scene = sensors(keep="trajectory")
+    study = wr.sweep(scene, tmp_path / "study", device="cpu", part=(1, 1))
+    data, plain = study.data, wr.sweep(sensors(), tmp_path / "plain", device="cpu", part=(1, 1)).data
+    np.testing.assert_array_equal(data["gauss"], plain["gauss"])
+    run = study.folder / str(data["trajectory"].to_numpy()[1, 0])
+    assert run.name == "1-0" and (run / "checkpoint.npz").exists()
+    gauss = wr.open_run(run)["sensors"]["gauss"][-1].mean().item()
+    assert gauss == data["gauss"].to_numpy()[1, 0]
+
+
+def test_a_refined_study_is_finer_where_its_class_changes(tmp_path):
+    sweep = {"swimmers.cell.bend": {"from": 1e-3, "to": 1e-2, "num": 3, "scale": "log"},
+             "swimmers.cell.moment": [0.0], "refine": 1, "seeds": 1, "measure": ["speed", "class"]}  # fmt: skip
+    study = wr.sweep(cells(sweep), tmp_path / "study", device="cpu", part=(1, 1))
+    states = study.data["state"].to_numpy().ravel()
+    assert states.size == 5 and states[::2].all() and states[1::2].any() and study.left == 0
+    assert tasks.SCENE in {file.name for file in study.folder.iterdir()} and "refined 1 times" in status(study.folder)
+    assert {path.name for path in plot_study(study.folder)} == {"speed.png", "class.png"}

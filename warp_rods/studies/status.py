@@ -1,0 +1,73 @@
+"""How far a study is, from its store alone: for another terminal, and when it has ended."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from warp_rods.errors import RunFolderError
+from warp_rods.progress import in_words
+from warp_rods.scene.scene import Scene
+from warp_rods.studies.plan import Plan
+from warp_rods.studies.refine import levels
+from warp_rods.studies.store import STATES, STORE, Store
+from warp_rods.studies.tasks import SCENE
+
+__all__ = ["counts", "status"]
+
+LATELY = 300.0
+"""Seconds over which the throughput is measured."""
+
+
+def counts(plan: Plan, store: Store) -> tuple[dict[str, int], int]:
+    """Points by what became of them, and how many of the levels that are known are left."""
+    states = store.states()
+    *_, (_level, mask) = levels(plan, store)
+    wanted = states[mask]
+    found = {STATES[code]: int((states == code).sum()) for code in (1, 2, 3)}
+    settled = store.whole("settled")
+    found["not settled"] = int(((settled == 0) & (states == 1)).sum())
+    return {word: count for word, count in found.items() if count}, int((wanted == 0).sum())
+
+
+def status(folder: str | Path) -> str:
+    """How far the study in a folder is, in lines; raises RunFolderError where there is none."""
+    folder = Path(folder)
+    store = Store(folder / STORE)
+    _ = store.attributes
+    if not (folder / SCENE).is_file():
+        raise RunFolderError(f"{folder / SCENE} is missing: start the study again")
+    plan = Plan(Scene.load(folder / SCENE), store.dims)
+    points, left = counts(plan, store)
+    done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
+    said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")
+    share = 100 * done / max(done + left, 1)
+    lines = [f"{folder}: {done} of {done + left} points done ({share:.0f} %){': ' if said else ''}{said}"]
+    if left:
+        lines.append(_pace(store, store.states(), left))
+    elif plan.levels:
+        lines.append(
+            f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come"
+        )
+    return "\n".join(lines)
+
+
+def _all_levels(plan: Plan, store: Store) -> bool:
+    *_, (level, _mask) = levels(plan, store)
+    return level == plan.levels
+
+
+def _pace(store: Store, states: np.ndarray, left: int) -> str:
+    """Points a second of late, and the time that the others take at this pace."""
+    times, now = store.times(), time.time()
+    if not times:
+        return "nothing is finished yet"
+    last, first = max(times.values()), min(times.values())
+    ended = f"the last task ended {in_words(now - last)} ago"
+    late = sum(int((states[store.region(chunk)] > 0).sum()) for chunk, at in times.items() if at > now - LATELY)
+    span = last - max(first, now - LATELY)
+    if len(times) < 2 or span <= 0:
+        return ended
+    return f"{ended}; {late / span:.3g} points/s of late, about {in_words(left * span / late)} left"

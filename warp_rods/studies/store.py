@@ -1,0 +1,226 @@
+"""The store of a study: one labelled Zarr store, ``xarray.open_zarr(path)``, written in regions as tasks finish.
+
+Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is
+written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that
+does the same again after a kill, meets whole chunks only. Tasks of a level write different files; where two do
+the same task, one writes at a time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import shutil
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warp_rods.errors import RunFolderError
+from warp_rods.simulation.chunks import crc
+from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.zarr_format import (
+    METADATA,
+    text_chunk,
+)
+
+__all__ = ["STORE", "Store"]
+
+STORE = "study.zarr"
+STATE = "state"
+STATES = {0: "not computed", 1: "computed", 2: "lost", 3: "failed"}
+OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
+    STATE: ("int8", 0, {"long_name": "state of the point", "flag_values": list(STATES),
+                        "flag_meanings": " ".join(word.replace(" ", "_") for word in STATES.values())}),
+    "settled": ("int8", -1, {"long_name": "whether the motion had settled: 1, 0, or −1 where it cannot be told"}),
+    "lost": ("int32", 0, {"long_name": "rods that were lost"}),
+    "message": ("string", "", {"long_name": "why the point was lost or failed; warnings"}),
+    "trajectory": ("string", "", {"long_name": "the folder of the run of the point"}),
+}  # fmt: skip
+"""What every study has at each point: type, fill value, attributes."""
+STALE = 30.0
+"""Seconds after which the mark of a process that writes is that of one that was killed; writing takes 0.1 s."""
+OLD = 600.0
+"""Seconds after which a temporary file is a leftover of a process that was killed."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """A store at ``path``, which ``new_store.create`` made."""
+
+    path: Path
+
+    # --- what there is -------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _document(self) -> dict[str, Any]:
+        try:
+            return json.loads((self.path / METADATA).read_bytes())  # type: ignore[no-any-return]
+        except FileNotFoundError:
+            raise RunFolderError(
+                f"There is no study in {self.path.parent}: {self.path.name} is missing. Give the folder that "
+                f"`warp-rods sweep SCENE --out DIR` wrote."
+            ) from None
+        except (OSError, ValueError) as fault:
+            raise RunFolderError(f"{self.path / METADATA} cannot be read ({fault}): start the study again.") from None
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of the root."""
+        return dict(self._document["attributes"])
+
+    @cached_property
+    def _nodes(self) -> dict[str, Any]:
+        return dict(self._document["consolidated_metadata"]["metadata"])
+
+    @cached_property
+    def variables(self) -> list[str]:
+        """Variables at the points, the state last."""
+        first = self._nodes[STATE]["dimension_names"]
+        names = [
+            n for n, node in self._nodes.items() if node["dimension_names"][: len(first)] == first and n not in first
+        ]
+        return [*(name for name in names if name != STATE), STATE]
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The swept keys, and the seeds; a file in TOML may have another order."""
+        return tuple(self._nodes[STATE]["dimension_names"])
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the grid of points."""
+        return tuple(self._nodes[STATE]["shape"])
+
+    @cached_property
+    def scalars(self) -> list[str]:
+        """Measures without further dimensions."""
+        return [n for n in self.variables if n not in OWN and len(self._nodes[n]["shape"]) == len(self.shape)]
+
+    @cached_property
+    def chunk(self) -> tuple[int, ...]:
+        """The shape of a chunk of points."""
+        return tuple(self._nodes[STATE]["chunk_grid"]["configuration"]["chunk_shape"])
+
+    def chunks(self) -> Iterator[tuple[int, ...]]:
+        """The numbers of all chunks."""
+        return np.ndindex(*(-(-n // c) for n, c in zip(self.shape, self.chunk, strict=True)))
+
+    def region(self, chunk: Sequence[int]) -> tuple[slice, ...]:
+        """Where a chunk is in the grid."""
+        ends = zip(chunk, self.chunk, self.shape, strict=True)
+        return tuple(slice(i * c, min((i + 1) * c, n)) for i, c, n in ends)
+
+    # --- reading and writing -----------------------------------------------------------------------------------------
+
+    def states(self) -> np.ndarray:
+        """The state of each point of the grid; 0 where a file cannot be read, so that it is computed again."""
+        return self.whole(STATE)
+
+    def whole(self, name: str) -> np.ndarray:
+        """A variable without further dimensions at all points of the grid."""
+        found = self._read(name, (0,) * len(self.shape))
+        whole = np.full(self.shape, found.flat[0], dtype=found.dtype)
+        for chunk in self.chunks():
+            region = self.region(chunk)
+            whole[region] = self._read(name, chunk)[tuple(slice(0, part.stop - part.start) for part in region)]
+        return whole
+
+    def times(self) -> dict[tuple[int, ...], float]:
+        """When each chunk was last written, in seconds since 1970."""
+        files = (self.path / STATE).glob("c.*")
+        return {tuple(map(int, file.name.split(".")[1:])): file.stat().st_mtime for file in files}
+
+    def put(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray]) -> None:
+        """Write values [point, …] at points of a chunk, whose other points keep theirs; raises OSError."""
+        inside = tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
+        with self._alone(chunk):
+            for name in self.variables:
+                whole = self._read(name, chunk)
+                if name in values:
+                    whole[inside] = values[name]
+                replace_file(self._file(name, chunk), self._encoded(name, whole), self._partial(), durable=True)
+
+    @contextlib.contextmanager
+    def _alone(self, chunk: Sequence[int]) -> Iterator[None]:
+        """Nobody else writes to a chunk: two processes may do the same task, point by point.
+
+        A file marks it, as locks of file systems that several machines see cannot be relied on.
+        """
+        mark = self.path.with_name(f".{self.path.name}.{'.'.join(map(str, chunk))}.writing")
+        while True:
+            try:
+                os.close(os.open(mark, os.O_CREAT | os.O_EXCL))
+                break
+            except FileExistsError:
+                with contextlib.suppress(FileNotFoundError):
+                    if time.time() - mark.stat().st_mtime > STALE:
+                        mark.unlink()
+                time.sleep(0.02)
+        try:
+            yield
+        finally:
+            mark.unlink(missing_ok=True)
+
+    def _file(self, name: str, chunk: Sequence[int]) -> Path:
+        further = len(self._nodes[name]["shape"]) - len(chunk)
+        return self.path / name / ".".join(["c", *map(str, chunk), *["0"] * further])
+
+    def _read(self, name: str, chunk: Sequence[int]) -> np.ndarray:
+        """A whole chunk of a variable; its fill value where there is no file, or it is damaged."""
+        node = self._nodes[name]
+        shape = tuple(node["chunk_grid"]["configuration"]["chunk_shape"])
+        text = node["data_type"] == "string"
+        empty = np.full(shape, "" if text else _fill(node), dtype=object if text else node["data_type"])
+        try:
+            data = self._file(name, chunk).read_bytes()
+        except FileNotFoundError:
+            return empty
+        if crc(data[:-4]) != data[-4:]:
+            return empty
+        if text:
+            return np.array(_texts(data[:-4]), dtype=object).reshape(shape)
+        return np.frombuffer(data[:-4], node["data_type"]).reshape(shape).copy()
+
+    def _encoded(self, name: str, values: np.ndarray) -> bytes:
+        text = self._nodes[name]["data_type"] == "string"
+        data = text_chunk([str(value) for value in values.flat]) if text else np.ascontiguousarray(values).tobytes()
+        return data + crc(data)
+
+    def _partial(self) -> Path:
+        """A temporary name that no other process uses."""
+        return self.path.with_name(f".{self.path.name}.{this_process()}-{threading.get_ident()}.partial")
+
+    def clear_leftovers(self) -> None:
+        """Remove temporary files of processes that were killed."""
+        for file in self.path.parent.glob(f".{self.path.name}.*"):
+            if time.time() - file.stat().st_mtime > OLD:
+                shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink(missing_ok=True)
+
+
+def this_process() -> str:
+    """A name that no other process has, on any machine."""
+    return f"{socket.gethostname()}-{os.getpid()}"
+
+
+def _fill(node: Mapping[str, Any]) -> Any:
+    return math.nan if node["fill_value"] == "NaN" else node["fill_value"]
+
+
+def _texts(data: bytes) -> list[str]:
+    """Texts of a chunk that ``text_chunk`` made."""
+    found, at = list[str](), 4
+    for _ in range(struct.unpack_from("<I", data)[0]):
+        (size,) = struct.unpack_from("<I", data, at)
+        found.append(data[at + 4 : at + 4 + size].decode())
+        at += 4 + size
+    return found

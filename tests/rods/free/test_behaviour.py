@@ -7,6 +7,7 @@ from examples.free import slope
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free import behaviour as kernels
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.status import Status
 from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
@@ -233,6 +234,24 @@ def test_the_same_bits_after_a_restart(together):
     assert all((one.events[name] == other.events[name]).all() for name in BOTH)
 
 
+def test_the_same_bits_after_a_restart_where_a_rod_has_failed():
+    """Steps together no longer end at the events of a rod that was frozen."""
+    one, other = bent(2, REVERSAL), bent(2, REVERSAL)
+    one.step(2e-3, 5)
+    rod = int(one.state()["event_time"].argmin())
+    first = one.state()["event_time"].min()
+    status = np.full(2, Status.OK, dtype=np.int32)
+    status[rod] = Status.UNRESOLVED
+    one._arrays.rods.status.assign(status)
+    state, left = one.state(), round((first - one.time) / 2e-3) + 20
+    other.restore(state)
+    for rods in (one, other):
+        rods.step(2e-3, left)
+        assert not rods.events["reversal"][rod]
+    for name in ("position", "strain", "activity"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
 @pytest.mark.parametrize(
     ("behaviour", "end", "steps"),
     [
@@ -295,20 +314,25 @@ def test_ensembles_and_rods_have_streams_of_their_own():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"behaviour": {"reversals": {"rate": 1.0}}}, r"behaviour = 'reversals': must be one of reversal, tumble"),
+        ({"behaviour": {"reversals": {"rate": 1.0}}}, r"behaviour\.reversals: unknown .* known: reversal, tumble"),
         ({"behaviour": {"reversal": {}}}, r"behaviour\.reversal\.rate: missing; must be a positive number"),
         ({"behaviour": {"reversal": {"rate": -1.0}}}, r"behaviour\.reversal\.rate = -1\.0: must be a positive number"),
-        ({"behaviour": {"reversal": {"rate": [1.0, 2.0]}}}, r"behaviour\.reversal\.rate = .*: must be a positive"),
-        ({"behaviour": {"reversal": {"rate": 1, "duration": 1}}}, r"behaviour\.reversal: unknown key 'duration'"),
+        ({"behaviour": {"reversal": {"rate": [1.0, 2.0]}}}, r"behaviour\.reversal\.rate: .* do not fit 3 rods"),
+        ({"behaviour": {"reversal": {"rate": 1, "duration": 1}}}, r"behaviour\.reversal\.duration: unknown key"),
         ({"behaviour": {"tumble": {"rate": 1, "duration": 0.0, "turn": 1}}}, r"tumble\.duration = 0\.0: must be a num"),
         (
             {"behaviour": {"tumble": {"rate": 1, "duration": 1, "turn": -1}}},
-            r"tumble\.turn = -1: must be 0 or a positive",
+            r"tumble\.turn = -1: must be a number from 0 to pi",
         ),
+        ({"behaviour": {"tumble": {"rate": 1, "duration": 1, "turn": 3.2}}}, r"tumble\.turn = 3\.2: must be a number"),
         ({"behaviour": REVERSAL, "flagella": {}}, r'law relaxing does not have; use flagella\.law = "driven"'),
         ({"behaviour": REVERSAL, "seed": -1}, r"seed"),
         ({"behaviour": REVERSAL, "streams": [1, 2]}, r"streams = .*one for each of 3 rods"),
         ({"behaviour": REVERSAL, "symmetric": True}, r"symmetric = true: a behaviour could break the symmetry"),
+        (
+            {"symmetric": True, "flagella": DRIVEN | {"profile": "tanh", "front": 1.0, "back": [-1.0, -1.0, 1.0]}},
+            r"symmetric = true: the target of the flagella must be odd: front = -back",
+        ),
     ],
 )
 def test_impossible_behaviours_are_refused(changes, said):
@@ -337,3 +361,34 @@ def test_faults_of_a_scene_have_a_line_each(behaviour, line):
         Scene.parse({"swimmers": [{**table, "behaviour": behaviour}], "time": {"end": 1.0}})
     lines = str(caught.value).splitlines()
     assert len(lines) == 2 and line in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        (
+            {"flagella": {}, "symmetric": True, "behaviour": REVERSAL},
+            [
+                "symmetric = true: a behaviour could break the symmetry; leave one of them out",
+                "behaviour: acts on the target of the flagella, which the law relaxing does not have; "
+                'use flagella.law = "driven"',
+            ],
+        ),
+        (
+            {"flagella": {"law": "driven", "front": [1, 1, 0.5], "back": -1}, "symmetric": True, "parameters": 3},
+            [
+                "parameters = 3: must be a table of numbers by name, such as { k = 7.0 }, for formulas, or a list with "
+                "one for each rod",
+                "symmetric = true: the target of the flagella must be odd: front = -back",
+            ],
+        ),
+        ({"flagella": {"law": "driven"}, "symmetric": True}, ["symmetric = true: the target of the flagella must be "]),
+    ],
+)
+def test_faults_of_flagella_behaviour_and_symmetry_are_in_one_message(changes, lines):
+    table = {"name": "a", "count": 3, "nodes": 17, "bend": 0.1, "twist": 0.1, **changes}
+    with pytest.raises(SceneError) as caught:
+        Scene.parse({"swimmers": [table], "time": {"end": 1.0}})
+    found = str(caught.value).splitlines()[1:]
+    assert len(found) == len(lines)
+    assert all(f"swimmers[0].{line}" in found[i] for i, line in enumerate(lines))

@@ -55,14 +55,10 @@ def read_motion(path: Path) -> dict[str, np.ndarray]:
         header = [cell.lower() for cell in rows[0]] if any(_number(cell) is None for cell in rows[0]) else []
         columns = _columns_of_motion(header) if header else list(range(len(rows[0])))
         values = _numbers(rows[1:] if header else rows, columns)
-    if (
-        not isinstance(values, np.ndarray)
-        or values.ndim != 2
-        or values.shape[1] not in (3, 4)
-        or not len(values)
-        or values.dtype.kind not in "fiu"
-    ):
-        raise TrackError(f"must have columns t, x, y and perhaps z; has {getattr(values, 'shape', 'several arrays')}")
+    if not isinstance(values, np.ndarray):
+        raise TrackError("must be one array [time, 3 or 4]; has several")
+    if values.ndim != 2 or values.shape[1] not in (3, 4) or not len(values) or values.dtype.kind not in "fiu":
+        raise TrackError(f"must have columns t, x, y and perhaps z; has the shape {values.shape}")
     if not np.isfinite(values).all():
         raise TrackError(f"has no number in row {int((~np.isfinite(values)).any(axis=1).argmax())}")
     points = np.zeros((len(values), 3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -19,6 +20,7 @@ __all__ = ["QuantityText", "Scale", "Units", "metres"]
 
 BASE = {"length": LENGTH, "time": TIME, "force": FORCE}
 """Key of [units] → its dimension."""
+POWER = re.compile(r"-?[0-9]{1,2}")
 EXAMPLES = {"length": '"1 um"', "time": '"1 s"', "force": '"1 pN"'}
 
 
@@ -117,18 +119,22 @@ class Scale:
         dimension = dimension_of(product)
         if dimension is None or not any(dimension) or self.missing(dimension):
             return product
-        return f"{float(self.one(dimension))!r} {si_words(dimension)}"
+        try:
+            number = float(self.one(dimension))
+        except OverflowError:
+            return product
+        return f"{number!r} {si_words(dimension)}" if number else product
 
 
 def dimension_of(product: str) -> Dimension | None:
-    """The dimension of "1/length", "force*length^2/time"; None where a factor is not a unit of a scene."""
+    """The dimension of "1/length", "force*length^2/time"; None where a factor is not a whole power of a unit."""
     powers = dict.fromkeys(BASE, 0)
     for i, part in enumerate(product.split("/")):
         for factor in part.split("*"):
             name, _, power = factor.partition("^")
-            if name in powers:
+            if name in powers and (not power or POWER.fullmatch(power)):
                 powers[name] += (-1 if i else 1) * int(power or 1)
-            elif name != "1":
+            elif name != "1" or power:
                 return None
     return Dimension(*powers.values())
 

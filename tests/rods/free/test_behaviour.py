@@ -6,6 +6,7 @@ from examples.free import slope
 
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free import behaviour as kernels
+from warp_rods.rods import together as steps_together
 from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.status import Status
 from warp_rods.scene.behaviour import BEHAVIOURS
@@ -232,6 +233,23 @@ def test_the_same_bits_after_a_restart(together):
     for name in ("position", "strain", "activity"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert all((one.events[name] == other.events[name]).all() for name in BOTH)
+
+
+def test_no_step_passes_an_event_after_many_first_steps(monkeypatch):
+    """Where the first steps of a given length are no longer divided by their error."""
+    monkeypatch.setattr(steps_together, "MOST_STARTING", 0)
+    reached, finish_step = list[float](), FreeRods.finish_step
+
+    def finish(rods: FreeRods) -> None:
+        finish_step(rods)
+        reached.append(rods.reached)
+
+    monkeypatch.setattr(FreeRods, "finish_step", finish)
+    rods = bent(2, REVERSAL)
+    rods.step(0.5, 4)
+    events = [time for rod in range(2) for time, *_ in history(11, rod, "reversal", 2.0, RATE)[1:-1]]
+    assert len(events) > 2
+    np.testing.assert_allclose([min(reached, key=lambda at: abs(at - time)) for time in events], events, rtol=1e-12)
 
 
 def test_the_same_bits_after_a_restart_where_a_rod_has_failed():

@@ -116,14 +116,19 @@ class Scale:
 
     def in_si(self, product: str) -> str:
         """Units such as "force*length^2/time" as a number and a unit in SI: "4e-10 N m^2/s"; as they are without it."""
+        number, unit = self.number_in_si(product)
+        return f"{number!r} {unit}" if unit else product
+
+    def number_in_si(self, product: str) -> tuple[float, str]:
+        """The number and the unit of ``in_si``; 1 and nothing where there are none."""
         dimension = dimension_of(product)
         if dimension is None or not any(dimension) or self.missing(dimension):
-            return product
+            return 1.0, ""
         try:
             number = float(self.one(dimension))
         except OverflowError:
-            return product
-        return f"{number!r} {si_words(dimension)}" if number else product
+            return 1.0, ""
+        return (number, si_words(dimension)) if number else (1.0, "")
 
 
 def dimension_of(product: str) -> Dimension | None:

@@ -1,9 +1,12 @@
 """Reversals and tumbles: when they happen, what they do to a swimmer, and that their bits depend on nothing else."""
 
+from zlib import crc32
+
 import numpy as np
 import pytest
 from examples.free import slope
 
+import warp_rods as wr
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free import behaviour as kernels
 from warp_rods.rods import together as steps_together
@@ -312,6 +315,29 @@ def test_swimmers_that_feel_each_other_have_the_same_events():
     for name in BOTH:
         np.testing.assert_array_equal(alone.events[name], walled.events[name])
     np.testing.assert_allclose(walled.position, alone.position, atol=0.01)
+
+
+def test_events_are_in_the_trajectory(tmp_path):
+    """Counts so far by rod and behaviour, in each frame; rods without a behaviour have none."""
+    cell = {"count": 3, "nodes": 17, "bend": 0.1, "twist": 0.1, "flagella": DRIVEN}
+    scene = Scene(
+        swimmers=[{**cell, "name": "a", "behaviour": BOTH}, {**cell, "name": "b"}],
+        time={"end": 2.0, "save_every": 0.5},
+        output={"usd": False},
+        seed=4,
+    )
+    wr.run(scene, out=tmp_path / "run")
+    opened = wr.open_run(tmp_path / "run")
+    events = opened["a"]["events"]
+    assert events.dims == ("frame", "rod", "behaviour") and "events" not in opened["b"]
+    assert events["behaviour"].values.tolist() == list(BOTH)
+    stream = crc32(b"a") << 32
+    for name, values in BOTH.items():
+        for rod in range(3):
+            times = [time for time, *_ in history(4, stream + rod, name, 2.0, **values)[1:]]
+            expected = np.searchsorted(times, events["time"].values)
+            np.testing.assert_array_equal(events.sel(behaviour=name)[:, rod], expected)
+    assert events[-1].sum() > 3
 
 
 def test_ensembles_and_rods_have_streams_of_their_own():

@@ -114,10 +114,15 @@ class Behaviours:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self._device)
 
     @property
+    def count_array(self) -> wp.array:
+        """The number of events so far on the device [rod, behaviour]."""
+        return self._struct.count
+
+    @property
     def counts(self) -> dict[str, np.ndarray]:
         """The number of events of each behaviour so far [rod]."""
         with exclusive:
-            counts = to_host(self._struct.count)
+            counts = to_host(self.count_array)
         return {name: counts[:, column] for column, name in enumerate(self._names)}
 
     def arrays_of_state(self) -> dict[str, wp.array]:

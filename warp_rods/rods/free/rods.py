@@ -48,7 +48,7 @@ from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import each_rod, frames, named_numbers, parameter, vectors
 from warp_rods.rods.tiles import Tiled
-from warp_rods.rods.variables import SWIMMER_VARIABLES
+from warp_rods.rods.variables import SWIMMER_VARIABLES, variables_of_behaviours
 from warp_rods.scene.flagella import ODD_TARGET, WITHOUT_BEHAVIOUR
 
 FRAME = ("rotation", "position", "angle")
@@ -182,6 +182,7 @@ class FreeRods(FreeReadings, Ensemble):
         fixed = {"flagella": read, "symmetric": symmetric, "ends": held, "behaviour": behaviours}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
         super().__init__(count, nodes, values, device, **fixed)
+        self.saved = SWIMMER_VARIABLES | variables_of_behaviours(behaviours)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)

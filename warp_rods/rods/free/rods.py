@@ -364,7 +364,8 @@ class FreeRods(FreeReadings, Ensemble):
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.
 
-        Rods stop at their events: what happens there is not due before a time after it is asked for.
+        No step passes an event of its rod. Those before ``time`` happen, and the rod goes on; a rod that has come to a
+        later one waits there, so that ``events`` counts those before ``time``.
         """
         self._launches.advance_past(time, allowed, time)
         while self._behaviours is not None and self._behaviours.find_next() < time:

@@ -35,6 +35,8 @@ OTHER = {
     "off by more than round-off": {"shape": strains(1j * (EVEN + 1e-7 * ODD))},
     "perturbed": {"shape": {"kind": "mode", "perturbation": 1e-5}},
     "passive": {"flagella": None},
+    "held": {"ends": ["clamped", "free"], "shape": {"kind": "straight"}},
+    "with a couple": {"couple": 1e-3},
     "with a target that is not odd": {"flagella": {"law": "driven"}},
     "that tumbles": {
         "flagella": {"law": "driven", "back": -1.0},

@@ -273,9 +273,10 @@ class FreeRods(FreeReadings, Ensemble):
         turn = from_node(strain[..., 0], self._arrays.rods.tracked)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * turn)
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
-        kept = odd_targets(self.flagella, self.count) & (not turning(self.behaviour))
+        alone = all(end.plain for end in self.ends) and not (self._natural.any or self._turned)
+        kept = odd_targets(self.flagella, self.count) & (alone and not turning(self.behaviour))
         self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity) & kept
-        """Whether each rod starts with the symmetry (C.49) up to round-off, and its flagella keep it [rod]."""
+        """Whether each rod starts with the symmetry (C.49) up to round-off, and nothing of its own breaks it [rod]."""
         self._passive = self.flagella.law == "held" and not activity.any()
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)

@@ -157,9 +157,9 @@ def is_shortest(step: real, start: real, target: real) -> bool:
 
 
 @wp.func
-def reject(pace: Pace, rod: int, factor: real):
-    """Try a shorter step."""
-    pace.step[rod] = pace.step[rod] * wp.clamp(factor, SHORTEN_MOST, SHORTEN_LEAST)
+def reject(pace: Pace, rod: int, tried: real, factor: real):
+    """Try a shorter step than the one tried, which an event may have cut."""
+    pace.step[rod] = tried * wp.clamp(factor, SHORTEN_MOST, SHORTEN_LEAST)
     pace.rejected[rod] = pace.rejected[rod] + 1
     pace.waited[rod] = 0
 

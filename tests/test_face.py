@@ -16,7 +16,7 @@ import warp_rods as wr
 ROOT = Path(__file__).parents[1]
 LONGEST_HELP = 75
 """Lines of a help text: about one screen."""
-LONGER = {"steady": 100, "FreeRods": 215, "BoundRods": 175, "CosseratRods": 170, "Ensemble": 110}
+LONGER = {"steady": 106, "FreeRods": 215, "BoundRods": 175, "CosseratRods": 170, "Ensemble": 110}
 """Classes with many readings take a line and a name for each."""
 
 

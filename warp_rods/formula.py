@@ -298,13 +298,19 @@ class ArrayReader(FormulaReader):
 
     def applied(self, name: str, values: list[Any]) -> Any:
         """A function."""
-        import numpy as np
-
         with _quiet():
-            return getattr(np, _IN_NUMPY.get(name, name))(*values)
+            return in_numpy(name)(*values)
 
 
 _IN_NUMPY = {"atan": "arctan", "atan2": "arctan2"}
+
+
+def in_numpy(name: str) -> Callable[..., Any]:
+    """A function of ``FUNCTIONS`` or ``TWO_ARGUMENTS`` of NumPy, for arrays."""
+    import numpy as np
+
+    found: Callable[..., Any] = getattr(np, _IN_NUMPY.get(name, name))
+    return found
 
 
 def _quiet() -> Any:

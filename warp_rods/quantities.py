@@ -104,7 +104,8 @@ def _by_pint(unit: str) -> tuple[Fraction, Dimension]:
         found = _registry().Quantity(Fraction(1), unit.replace("·", "*")).to_base_units()
     except pint.errors.UndefinedUnitError as error:
         raise QuantityError(f"{error}".replace("in the unit registry", "as a unit")) from None
-    except (pint.errors.PintError, ArithmeticError, SyntaxError, TypeError, ValueError, AssertionError):
+    except (pint.errors.PintError, ArithmeticError, SyntaxError, TypeError, ValueError, AssertionError, LookupError,
+            AttributeError):  # fmt: skip
         raise QuantityError(f"{unit} cannot be read as a unit") from None
     powers = dict(found.dimensionality)
     mass, length, time = (powers.pop(f"[{name}]", 0) for name in ("mass", "length", "time"))

@@ -270,7 +270,7 @@ def repeat_or_accept(f: Filaments, past: History, pace: Pace, plan: Plan, target
     factor = step_factor(error, pace.order[rod])
     if plan.status[rod] != OK:
         factor = SHORTEN_INVALID
-    reject(pace, rod, factor)
+    reject(pace, rod, pace.step[rod], factor)
 
 
 @wp.func

@@ -112,10 +112,13 @@ def other_errors(tile: int, pace: Pace, trial: Trial, now: Shape, past: Past, st
 def reject_step(rod: int, rods: Swimmers, pace: Pace, unit: real, error: real, trial: Trial, failed_at: Scalars1D):
     """Try a shorter step, or freeze a rod that has tried the shortest one."""
     start = pace.at[rod, 0]
+    tried = real(1.0) * pace.step[rod]
+    if real(2.0) * tried > trial.limit[rod] - start:
+        tried = trial.end[rod] - start  # cut by an event
     if is_shortest(trial.end[rod] - start, start, unit):
         rods.status[rod] = why_frozen(trial.status[rod])
         failed_at[rod] = start
-    reject(pace, rod, step_factor(error, pace.order[rod]))
+    reject(pace, rod, tried, step_factor(error, pace.order[rod]))
 
 
 @wp.func

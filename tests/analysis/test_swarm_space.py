@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from examples.swarm import group, isotropic, scattered
 
-from warp_rods.analysis.swarm.data import minimum_image, pairs_within, wrapped
+from warp_rods.analysis.swarm.data import minimum_image, pairs_within, space, wrapped
+from warp_rods.analysis.swarm.motion import mean_square_displacement, speed_distribution
 from warp_rods.analysis.swarm.space import density_map, pair_correlation, velocity_correlation
+from warp_rods.draw.labels import label
 
 OPEN = (np.inf, np.inf, np.inf)
 BOXES = {
@@ -129,3 +131,33 @@ def test_pairs_against_a_search_over_all_pairs(period):
     np.testing.assert_allclose(minimum_image(inside - points, period)[:, finite], 0, atol=1e-12)
     with pytest.raises(ValueError, match="half the period"):
         pairs_within(points, np.array([2.0, 5, 5]), 1.4)
+
+
+@pytest.mark.parametrize(
+    ("box", "axes"),
+    [
+        ('kind = "pore"\nradius = 0.1', [0, 1, 2]),
+        ('kind = "duct"\nsides = [0.2, 0.2]', [0, 1, 2]),
+        ('kind = "duct"\nsides = [0.2, 0.3]', [0, 2]),
+        ('kind = "duct"\naxis = "z"\nsides = [0.3, 0.2]', [0, 2]),
+        ('kind = "duct"\nsides = [0.2, 9.0]', [0, 2]),
+    ],
+)
+def test_axes_of_a_thin_room_are_those_of_its_box(box, axes):
+    """Not those along which the rods happen to be."""
+    extent = np.array([0.21, 0.2, 0.19]) + (np.arange(3) == (2 if "z" in box else 0)) * 5
+    data = group(scattered(np.random.default_rng(3), 2, 40, extent), (0, 0, 1) if "z" in box else (1, 0, 0))
+    assert space(data.assign_attrs(scene=f"[box]\n{box}\n")).axes.tolist() == axes
+    assert space(data.assign_attrs(scene=f"[box]\n{box}\n"), 3).axes.tolist() == [0, 1, 2]
+
+
+def test_coordinates_have_the_units_of_the_data():
+    """As their values, which are in the units of the scene; an axis of a plot names the size of one."""
+    data = group(scattered(np.random.default_rng(3), 6, 40, (4, 4, 4))).assign_attrs(units="length 1 um, time 2 s")
+    found = {"r": pair_correlation(data), "x": density_map(data), "lag": mean_square_displacement(data)}
+    found |= {"v": speed_distribution(data)}
+    units = {name: array[name].attrs["units"] for name, array in found.items()}
+    assert units == {"r": "1e-06 m", "x": "1e-06 m", "lag": "2.0 s", "v": "5e-07 m/s"}
+    assert label(found["r"]["r"]) == "distance (in units of 1e-06 m)"
+    assert label(found["r"]["r"].assign_attrs(units="1.0 m")) == "distance (m)"
+    assert "(in units of 1e-12 m²)" in label(found["lag"]).replace("\n", " ")

@@ -23,6 +23,9 @@ FULL = {
 }  # fmt: skip
 FORMULAS = {"bend": "3*sin(2*pi*s)", "bend1": 0.5, "twist": "cos(pi*s)**2", "amplitude": 2.0}
 BEHAVIOUR = {"reversal": {"rate": 0.5}, "tumble": {"rate": [1.0, 2.0, 3.0], "duration": 0.1, "turn": 1.0}}
+BODY = {"length": "20 um", "diameter": "0.8 um", "viscosity": "1 mPa s", "speed": "25 um/s", "drag": "cylinder"}
+TRACK = {"times": [0.0, 0.3, 0.6, 1.0], "points": [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0, 0]], "periodic": True}
+MOVED = [{"kind": "clamped", "motion": TRACK, "rotation": [0, "k*t", 0]}, {"kind": "hinged", "motion": ["0.1*t", 0, 0]}]
 WALL = {"strength": 2000.0, "range": 0.05}
 
 SPRINGS = {"name": "k", "count": 2, "nodes": 9, "stiffness": [1.0, 1.0, 1.0, 100.0, 50.0, 50.0]}
@@ -74,6 +77,26 @@ BASES: tuple[dict[str, Any], ...] = (
             "swimmers.c.bend": {"from": 1e-3, "to": 1e-2, "num": 3, "scale": "log"}, "seeds": 2, "refine": 1,
             "swimmers.c.flagella.diffusion": [1e-3, 2e-3], "measure": ["speed", "class"], "keep": "summary",
         },
+    },
+    {
+        "swimmers": [
+            CELLS | {"parameters": {"k": [1.0, 2.0, 3.0], "w": 2.0}, "natural_bend": "k*sin(w*t - s)", "ends": MOVED}
+        ],
+        "time": TIME,
+    },
+    {
+        "swimmers": [
+            CELLS | {"body": BODY, "bend": "1e-24 N m^2", "ends": [{"kind": "clamped", "turning": "60 rpm"}, "free"]}
+        ],
+        "time": {"end": "2 s", "save_every": "0.5 s"}, "gravity": {"force": ["1 pN/um", 0.0, 0.0]},
+    },
+    {
+        "surface": SPHERE | {"radius": "1000 nm"}, "units": {"length": "1 um", "time": "1 s", "force": "1 pN"},
+        "filaments": [
+            FILAMENTS
+            | {"length": ["0.5 um", 0.4], "intrinsic": [0.0, "k*s", 0.0], "parameters": {"k": ["1 um^-1", 2.0]}}
+        ],
+        "time": TIME | {"end": "2 s"},
     },
     {"cosserat": [SPRINGS], "time": TIME},
     {"cosserat": [SPRINGS | FULL_SPRINGS], "time": TIME | {"step": 1e-2}},

@@ -9,6 +9,7 @@ import pytest
 
 import warp_rods as wr
 from warp_rods.errors import SceneError
+from warp_rods.membranes.built_in import SURFACES
 from warp_rods.quantities import Dimension, QuantityError, is_quantity, parse
 from warp_rods.scene import box, cosserat, ends, filaments, flagella, outside, shapes, swimmers, tables
 from warp_rods.scene.behaviour import BEHAVIOURS
@@ -56,6 +57,10 @@ BASE = {"swimmers": [{"name": "c", "count": 1, "nodes": 17, "bend": 1e-2, "twist
 BODY = {"length": "20 um", "diameter": "0.8 um", "viscosity": "1 mPa s", "speed": "25 um/s", "drag": "cylinder"}
 
 
+def cell(**keys):
+    return {"swimmers": [BASE["swimmers"][0] | keys], "units": UNITS}
+
+
 @pytest.mark.parametrize(("change", "line"), [
     ({"time": {"end": "5 um"}, "units": UNITS}, 'time.end = "5 um": is a length, in m; must be a time, in s'),
     ({"time": {"end": "5 s"}}, 'time.end = "5 s": needs the unit of time of the scene: add time = "1 s" to [units]'),
@@ -66,6 +71,12 @@ BODY = {"length": "20 um", "diameter": "0.8 um", "viscosity": "1 mPa s", "speed"
     ({"seed": "5 um", "units": UNITS}, 'seed = "5 um": must be a whole number'),
     ({"units": {"length": "1 s"}}, "units.length = \"1 s\": must be a positive number and a unit of length"),
     ({"units": UNITS | {"force": "1 J"}}, "it is a couple, in N m"),
+    (cell(ends=[{"kind": "clamped", "turning": "10 Hz"}, "free"]), 'turning = "10 Hz": a rate of rotation must be in'),
+    (
+        {"swimmers": cell(body=BODY | {"diameter": "15 um"}, ends=["free", {"thrust": "1 pN"}])["swimmers"]},
+        "swimmers[0].body.diameter",
+    ),
+    ({"time": {"end": "5 m^0"}, "units": UNITS}, "time.end = "),
 ])  # fmt: skip
 def test_mistakes_in_quantities_are_named_once(change, line):
     with pytest.raises(SceneError) as caught:
@@ -173,6 +184,36 @@ def test_formulas_and_numbers_are_no_quantities(text):
         parse(text)
 
 
+def test_angles_and_rates_of_rotation():
+    tumble = {"tumble": {"rate": 1, "duration": 0.1, "turn": "68 deg"}}
+    ends = [{"kind": "clamped", "turning": "60 rpm"}, {"kind": "free"}]
+    made = wr.Scene(**BASE | cell(flagella={"law": "driven"}, behaviour=tumble, ends=ends)).swimmers[0]
+    assert made.behaviour.behaviours["tumble"]["turn"] == pytest.approx(np.radians(68), rel=1e-15)
+    assert made.ends[0].turning == pytest.approx(2 * np.pi * 0.01, rel=1e-15)
+    made = wr.Scene(**BASE | cell(ends=[{"kind": "clamped", "turning": "3 rad/s"}, "free"])).swimmers[0]
+    assert made.ends[0].turning == pytest.approx(0.03, rel=1e-15)
+
+
+@pytest.mark.parametrize("product", ["1/length^0.5", "length^1e400", "1^2", "length^99", "bananas/time"])
+def test_products_that_are_no_units_stay_as_they_are(product):
+    assert Scale.of(UNITS).in_si(product) == product
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("a", 1), r"length = 'a': must be a number"),
+        ((2, None), r"diameter = None: must be a number"),
+        ((1, 1), r"length = 1: must be at least 2 diameters"),
+        ((9, 1, -1), r"viscosity = -1: must be positive"),
+        ((9, 1, 1, "thick"), r"law = 'thick': must be one of slender, cylinder"),
+    ],
+)
+def test_impossible_rods_have_no_drag(given, said):
+    with pytest.raises(SceneError, match=said):
+        drag_of_rod(*given)
+
+
 def test_powers_and_products_of_units():
     assert parse("1 mPa s") == parse("1e-3 N*s/m**2") and parse("2e-23 N m^2").dimension == Dimension(2, 0, 1)
     assert parse("1 µm") == parse("1 μm") == parse("1 um")
@@ -260,8 +301,14 @@ def test_every_key_has_a_dimension_or_none(prefix, table):
     assert not unknown, "add them to DIMENSIONS, or to WITHOUT here"
 
 
-def test_every_rate_and_duration_of_a_behaviour_has_a_dimension():
-    keys = [(name, key) for name, row in BEHAVIOURS.items() for key, kind in row.parameters.items() if kind != "angle"]
+def test_every_parameter_of_a_surface_has_a_dimension():
+    names = {key for row in SURFACES.values() for key in row.parameters}
+    assert "wavenumber" in names
+    assert not [key for key in names for where in ("", "box.") if f"{where}surface.{key}" not in DIMENSIONS]
+
+
+def test_every_parameter_of_a_behaviour_has_a_dimension():
+    keys = [(name, key) for name, row in BEHAVIOURS.items() for key in row.parameters]
     assert keys
     assert not [f"{name}.{key}" for name, key in keys if f"swimmers.behaviour.{name}.{key}" not in DIMENSIONS]
 

@@ -1,5 +1,7 @@
 """Fixed shapes of swimmers: zeros of the equations of the time stepper, known answers, eigenvalues."""
 
+import re
+
 import numpy as np
 import pytest
 from examples.free import in_space, slope
@@ -7,6 +9,7 @@ from reference.steady_s import rigid_body_rate, turning_rate
 from reference.steady_u import amplitude_and_speed
 
 from warp_rods.errors import SceneError
+from warp_rods.rods.free.rods import FreeRods
 from warp_rods.rods.modes import coefficients
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.swimmers import SwimmersTable
@@ -271,3 +274,21 @@ def test_impossible_arguments_are_refused():
         start(swimmer, np.zeros((33, 3)), np.zeros(33))
     with pytest.raises(ArithmeticError, match="start closer"):
         at_rest(FixedShape(swimmer, 50 * np.cos(np.arange(260.0)).reshape(4, 65)))
+
+
+def test_swimmers_with_what_is_not_in_the_equations_are_refused():
+    """Instead of the fixed shapes of another law; from the parameters of rods."""
+    driven = {"law": "driven", "front": 1.0, "back": -1.0}
+    made = [
+        ({"flagella": driven}, 'flagella.law = "driven": fixed shapes are found for the laws relaxing, held only'),
+        ({"flagella": {"law": "held"}}, 'flagella.law = "held": needs held'),
+        ({"bend": "1e-3*(2 + s)"}, "bend: fixed shapes are found for uniform swimmers"),
+    ]
+    for given, said in made:
+        rods = FreeRods(1, 17, **{"bend": 1e-3, "twist": 1e-3, **given}, device="cpu")
+        with pytest.raises(SceneError, match=re.escape(said)):
+            Swimmer(17, rods.parameters(0))
+    rods = FreeRods(1, 17, bend=1e-3, twist=1e-3, flagella=driven, behaviour={"reversal": {"rate": 1.0}}, device="cpu")
+    parameters = rods.parameters(0) | {"flagella": {"law": "relaxing"}}
+    with pytest.raises(SceneError, match="behaviour: fixed shapes are found for uniform"):
+        Swimmer(17, parameters)

@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.analysis.bootstrap import bootstrap
-from warp_rods.analysis.described import attributes, need
+from warp_rods.analysis.described import attributes, need, units_of
 from warp_rods.membranes.mesh import area_below, area_mean, curvatures, triangulate
 from warp_rods.membranes.surfaces import Surface
 
 FLAT = 1e-9
 """A 𝒦 below this fraction of the largest squared principal curvature counts as zero."""
-_GAUSS = {"units": "1/length^2", "source": "K11 K22 − K12²"}
+SOURCE = "K11 K22 − K12²"
 
 
 def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence[float] = 21) -> xr.Dataset:
@@ -35,15 +35,15 @@ def curvature_histogram(data: xr.Dataset, surface: Surface, bins: int | Sequence
     whole = np.isfinite(sampled.values).sum(axis=1, keepdims=True)
     shares = np.divide(counts, whole, out=np.full(counts.shape, np.nan), where=whole > 0)
     area = np.diff(area_below(mesh, over_area, edges))
-    source = "midpoints in a bin over all; area in a bin over all"
+    units, source = units_of(data, "1/length^2"), "midpoints in a bin over all; area in a bin over all"
     variables = {
         "gauss_share": (("frame", "bin"), shares, attributes("1", "share of the filaments", source)),
         "gauss_area_share": ("bin", area, attributes("1", "share of the area", source)),
-        "gauss_mean": sampled.mean("rod").assign_attrs(_GAUSS, long_name="mean 𝒦 at the midpoints"),
-        "gauss_area_mean": ((), area_mean(mesh, over_area), {**_GAUSS, "long_name": "mean 𝒦 of the area"}),
+        "gauss_mean": sampled.mean("rod").assign_attrs(attributes(units, "mean 𝒦 at the midpoints", SOURCE)),
+        "gauss_area_mean": ((), area_mean(mesh, over_area), attributes(units, "mean 𝒦 of the area", SOURCE)),
     }
     limits = {"gauss_low": edges[:-1], "gauss_high": edges[1:]}
-    ends = {name: ("bin", at, {**_GAUSS, "long_name": "Gaussian curvature 𝒦"}) for name, at in limits.items()}
+    ends = {name: ("bin", at, attributes(units, "Gaussian curvature 𝒦", SOURCE)) for name, at in limits.items()}
     return xr.Dataset(variables, coords={"time": data.time, **ends})
 
 

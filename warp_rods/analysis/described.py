@@ -31,7 +31,7 @@ def described(
     dataset: xr.Dataset, dims: Sequence[str], values: Any, units: str, long_name: str, source: str
 ) -> xr.DataArray:
     """A DataArray of values with these dimensions, the time of each frame, and attributes; units in SI where known."""
-    units = Scale.read(dataset.attrs.get("units", "")).in_si(units)
+    units = units_of(dataset, units)
     coords = {"time": dataset["time"]} if "frame" in dims and "time" in dataset.coords else {}
     return xr.DataArray(values, dims=tuple(dims), coords=coords, attrs=attributes(units, long_name, source))
 
@@ -87,5 +87,14 @@ def rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
 
 def in_si(dataset: xr.Dataset, units: str) -> tuple[float, str]:
     """One of these units of the data in SI, and what it is called; 1 and nothing where the data have no such units."""
-    number, _, unit = Scale.read(dataset.attrs.get("units", "")).in_si(units).partition(" ")
-    return (float(number), f" {unit}") if unit else (1.0, "")
+    number, unit = _scale(dataset).number_in_si(units)
+    return number, unit and f" {unit}"
+
+
+def units_of(dataset: xr.Dataset, product: str) -> str:
+    """Units such as "length/time" as they are named in this trajectory: in SI where its scene has [units]."""
+    return _scale(dataset).in_si(product)
+
+
+def _scale(dataset: xr.Dataset) -> Scale:
+    return Scale.read(dataset.attrs.get("units", ""))

@@ -49,12 +49,14 @@ def read_motion(path: Path) -> dict[str, np.ndarray]:
     By their names in a header, t or time, x, y, z, or in this order. Raises TrackError, and OSError.
     """
     if path.suffix == ".npy":
-        values = np.load(path, allow_pickle=False)
+        values = _array(path)
     else:
         rows = _rows(path.read_text(encoding="utf-8-sig"))
         header = [cell.lower() for cell in rows[0]] if any(_number(cell) is None for cell in rows[0]) else []
         columns = _columns_of_motion(header) if header else list(range(len(rows[0])))
         values = _numbers(rows[1:] if header else rows, columns)
+    if not isinstance(values, np.ndarray):
+        raise TrackError("must be one array [time, 3 or 4]; has several")
     if values.ndim != 2 or values.shape[1] not in (3, 4) or not len(values) or values.dtype.kind not in "fiu":
         raise TrackError(f"must have columns t, x, y and perhaps z; has the shape {values.shape}")
     if not np.isfinite(values).all():
@@ -62,6 +64,14 @@ def read_motion(path: Path) -> dict[str, np.ndarray]:
     points = np.zeros((len(values), 3))
     points[:, : values.shape[1] - 1] = values[:, 1:]
     return {"times": values[:, 0].astype(float), "points": points}
+
+
+def _array(path: Path) -> np.ndarray:
+    """What a file of NumPy has; raises TrackError where it is no such file."""
+    try:
+        return np.load(path, allow_pickle=False)
+    except (ValueError, EOFError) as fault:
+        raise TrackError(f"is no array of numbers: {fault}") from None
 
 
 def _columns_of_motion(header: list[str]) -> list[int]:
@@ -134,10 +144,7 @@ def _columns(header: list[str], count: int) -> tuple[list[int], float | None]:
 
 def read_array(path: Path, frame: int | None = None) -> Track:
     """An array [point, 2 or 3], or [frame, point, 2 or 3] of which ``frame`` chooses one."""
-    try:
-        values = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as fault:
-        raise TrackError(f"is no array of numbers: {fault}") from None
+    values = _array(path)
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf" or values.ndim not in (2, 3):
         shape = getattr(values, "shape", "several arrays")
         raise TrackError(f"must be an array of numbers [point, 2 or 3] or [frame, point, 2 or 3]; has {shape}")

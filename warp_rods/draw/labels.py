@@ -16,9 +16,22 @@ BAND: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
 
 
 def label(measured: xr.DataArray) -> str:
-    """The long name and units of a measure, on two lines where they are long."""
-    units = str(measured.attrs.get("units", "1")).replace("^2", "²").replace("^3", "³").replace("*", "·")
+    """The long name and units of a measure, on two lines where they are long.
+
+    Values are in the units of the scene; where these have a size in SI it is named: "in units of 1e-06 m".
+    """
+    units = _in_words(str(measured.attrs.get("units", "1"))).replace("^2", "²").replace("^3", "³").replace("*", "·")
     return fill(str(measured.attrs["long_name"]) + (f" ({units})" if units not in ("", "1") else ""), 38)
+
+
+def _in_words(units: str) -> str:
+    """Units such as "1e-06 m" as what the values count."""
+    number, _, unit = units.partition(" ")
+    try:
+        size = float(number)
+    except ValueError:
+        return units
+    return units if not unit else unit if size == 1 else f"in units of {size:.4g} {unit}"
 
 
 def times(axes: Any, measured: xr.DataArray | xr.Dataset) -> np.ndarray:

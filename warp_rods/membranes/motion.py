@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from warp_rods import formula
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError
@@ -100,26 +102,36 @@ def rate(text: str, time: float, **constants: float) -> float:
     return found.rate if isinstance(found, _Dual) else 0.0
 
 
-DERIVATIVES: dict[str, Callable[[float], float]] = {
-    "sqrt": lambda x: 0.5 / math.sqrt(x),
-    "exp": math.exp,
-    "log": lambda x: 1 / x,
-    "sin": math.cos,
-    "cos": lambda x: -math.sin(x),
-    "tan": lambda x: 1 + math.tan(x) ** 2,
-    "sinh": math.cosh,
-    "cosh": math.sinh,
-    "tanh": lambda x: 1 - math.tanh(x) ** 2,
-    "atan": lambda x: 1 / (1 + x * x),
+def rate_of_arrays(text: str, time: float, **constants: Any) -> Any:
+    """``rate`` with constants that are arrays of NumPy; where it has no value, the result is not finite."""
+    tree = formula.syntax_tree(text.strip(), formula.ALLOWED_IN_TIME)
+    found = _ArrayRateReader({"t": _Dual(np.float64(time), 1.0), **constants}, formula.ALLOWED_IN_TIME).read(tree)
+    return found.rate if isinstance(found, _Dual) else 0.0
+
+
+DERIVATIVES: dict[str, Callable[[Any, Any], Any]] = {
+    "sqrt": lambda x, of: 0.5 / of.sqrt(x),
+    "exp": lambda x, of: of.exp(x),
+    "log": lambda x, of: 1 / x,
+    "sin": lambda x, of: of.cos(x),
+    "cos": lambda x, of: -of.sin(x),
+    "tan": lambda x, of: 1 + of.tan(x) ** 2,
+    "sinh": lambda x, of: of.cosh(x),
+    "cosh": lambda x, of: of.sinh(x),
+    "tanh": lambda x, of: 1 - of.tanh(x) ** 2,
+    "atan": lambda x, of: 1 / (1 + x * x),
 }
-"""Derivatives of ``formula.FUNCTIONS``."""
+"""Derivatives of ``formula.FUNCTIONS``, with the functions of a module, ``math`` or NumPy."""
 
 
 class _RateReader(formula.FormulaReader):
     """A reader whose values, except for numbers, carry their time derivatives (forward differentiation)."""
 
+    functions: Any = math
+
     def negated(self, value: Any) -> Any:
-        return _Dual(-value.value, -value.rate)
+        a, da = _dual(value)
+        return _Dual(-a, -da)
 
     def combined(self, node: ast.BinOp, left: Any, right: Any) -> Any:
         (a, da), (b, db) = _dual(left), _dual(right)
@@ -132,19 +144,35 @@ class _RateReader(formula.FormulaReader):
         return self._both(node, lambda: formula.OPERATORS[type(node.op)](a, b), rules[type(node.op)])
 
     def raised(self, node: ast.BinOp, base: Any, exponent: float) -> Any:
-        a, da = base
+        a, da = _dual(base)
         return self._both(node, lambda: a**exponent, lambda: exponent * a ** (exponent - 1) * da if exponent else 0.0)
 
     def applied(self, name: str, values: list[Any]) -> Any:
         node = ast.Name(id=name, col_offset=0)
         if name in DERIVATIVES:
             a, da = _dual(values[0])
-            return self._both(node, lambda: formula.FUNCTIONS[name](a), lambda: DERIVATIVES[name](a) * da)
+            return self._both(node, lambda: self._function(name)(a), lambda: DERIVATIVES[name](a, self.functions) * da)
         (a, da), (b, db) = map(_dual, values)
-        return self._both(node, lambda: math.atan2(a, b), lambda: (da * b - a * db) / (a * a + b * b))
+        return self._both(node, lambda: self._function("atan2")(a, b), lambda: (da * b - a * db) / (a * a + b * b))
 
-    def _both(self, node: ast.expr, value: Callable[[], float], rate: Callable[[], float]) -> _Dual:
+    def _function(self, name: str) -> Callable[..., Any]:
+        return getattr(math, name)
+
+    def _both(self, node: ast.expr, value: Callable[[], Any], rate: Callable[[], Any]) -> _Dual:
         return _Dual(self.finite(node, value), self.finite(node, rate))
+
+
+class _ArrayRateReader(_RateReader):
+    """A reader whose numbers may be arrays of NumPy."""
+
+    functions = np
+
+    def _function(self, name: str) -> Callable[..., Any]:
+        return formula.in_numpy(name)
+
+    def _both(self, node: ast.expr, value: Callable[[], Any], rate: Callable[[], Any]) -> _Dual:
+        with np.errstate(all="ignore"):
+            return _Dual(value(), rate())
 
 
 def _dual(value: Any) -> _Dual:

@@ -81,9 +81,9 @@ def with_named(value: Any, named: Mapping[str, np.ndarray]) -> list[Any]:
     alike = all((numbers == numbers[0]).all() for numbers in named.values())
     count = 1 if alike else len(next(iter(named.values())))
 
-    def numbered(part: Any, rod: int) -> Any:
+    def put_in(part: Any, rod: int) -> Any:
         if isinstance(part, (list, tuple)):
-            return type(part)(numbered(inner, rod) for inner in part)
+            return type(part)(put_in(inner, rod) for inner in part)
         if not isinstance(part, str):
             return part
         try:
@@ -91,7 +91,7 @@ def with_named(value: Any, named: Mapping[str, np.ndarray]) -> list[Any]:
         except FormulaError:
             return part  # its fault is named where it is read
 
-    return [numbered(value, rod) for rod in range(count)]
+    return [put_in(value, rod) for rod in range(count)]
 
 
 def parameter(name: str, values: Any, count: int, rules: str | tuple[str, ...] = "positive") -> np.ndarray:

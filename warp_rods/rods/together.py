@@ -128,8 +128,8 @@ class Together:
         end = self.reached + dt
         while (left := end - self.reached) > 1e-12 * dt:
             if self.control.taken - self._taken_before >= MOST_STARTING:
-                self._take(left, 1)
-                break
+                self._take(self._before_event(left), 1)
+                continue
             # Not a short rest at the end: the last two steps are of the same length.
             step = self.control.step
             step = self._before_event(left if left <= step else min(step, left / 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -181,6 +182,20 @@ SWIMMER_VARIABLES: dict[str, Variable] = {
         _EVERY_ROD["power"], long_name="power of flagella, external forces and flow", source="∫ f u0 + M f ω0 + f·u ds"
     ),
 }
+
+
+def variables_of_behaviours(names: Iterable[str]) -> dict[str, Variable]:
+    """What is saved of rods with behaviours of these names; nothing of rods without."""
+    row = Variable(
+        ("frame", "rod", "behaviour"),
+        "int32",
+        "1",
+        "events so far; a tumble has two",
+        "docs/model.md §2.13",
+        tuple(names),
+    )
+    return {"events": row} if row.components else {}
+
 
 COSSERAT_VARIABLES: dict[str, Variable] = {
     **_EVERY_ROD,

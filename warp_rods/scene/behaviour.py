@@ -26,7 +26,7 @@ MOST_EVENTS = 1e4
 ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
     "rate": (f"a positive number, at most {MOST_EVENTS:g}", lambda value: 0 < value <= MOST_EVENTS),
     "duration": (f"a number, at least {1 / MOST_EVENTS:g}", lambda value: 1 / MOST_EVENTS <= value < math.inf),
-    "angle": ("0 or a positive number: radians", lambda value: 0 <= value < math.inf),
+    "angle": ("a number from 0 to pi: radians", lambda value: 0 <= value <= math.pi),
 }
 """Kinds of parameters: what is allowed, in words, and whether a value is."""
 
@@ -87,7 +87,7 @@ class BehaviourTable(Table):
 
 def _faults_of(name: str, row: Behaviour, given: Mapping[str, Any]) -> Faults:
     faults = []
-    for key in row.parameters.keys() | given.keys():
+    for key in dict.fromkeys((*row.parameters, *given)):
         if key not in row.parameters:
             text = f": unknown key{nearest(key, row.parameters)}; known here: {', '.join(row.parameters)}"
             faults.append(fault((name, key), given[key], text))

@@ -8,7 +8,8 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from warp_rods.errors import SceneError
+from warp_rods import arguments
+from warp_rods.errors import SceneError, named
 from warp_rods.quantities import FORCE, LENGTH, Dimension, parse
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.units import QuantityText
@@ -57,14 +58,14 @@ def drag_of_rod(length: float, diameter: float, viscosity: float = 1.0, law: str
     "slender", ζ∥ = 2πμ/ln(L/d), ζ⊥ = 2ζ∥ (appendix C.2). ``across/along`` is ``drag_ratio`` of ``FreeRods``, and
     ``about/(along L²)`` ``rotational_drag``. Raises SceneError for L < 2d, and values that are not positive.
     """
-    if law not in DRAGS:
-        raise SceneError(f"law = {law!r}: must be one of {', '.join(DRAGS)}")
-    if not (0 < diameter < math.inf and 0 < viscosity < math.inf and SHORTEST * diameter <= length < math.inf):
+    drag = named(DRAGS, "law", law)
+    given = {"length": length, "diameter": diameter, "viscosity": viscosity}
+    length, diameter, viscosity = (arguments.real(name, value) for name, value in given.items())
+    if length < SHORTEST * diameter:
         raise SceneError(
-            f"length = {length:g}, diameter = {diameter:g}, viscosity = {viscosity:g}: must be positive, and the "
-            f"length at least {SHORTEST:g} diameters"
+            f"length = {length:g}: must be at least {SHORTEST:g} diameters, and the diameter is {diameter:g}"
         )
-    along, across, about = DRAGS[law](length / diameter)
+    along, across, about = drag(length / diameter)
     return Drag(viscosity * along, viscosity * across, viscosity * length**2 * about)
 
 

@@ -6,6 +6,7 @@ To let a key have a unit, add its path to ``DIMENSIONS``.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -48,6 +49,7 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
         for key in ("size", "radius", "radii", "length", "major", "minor", "a", "b", "neck", "body", "width",
                     "amplitude", "box", "spacing", "origin", "parameters")
     },
+    **dict.fromkeys(("surface.wavenumber", "box.surface.wavenumber"), INVERSE),
     # filaments
     "filaments.length": LENGTH,
     "filaments.stiffness": STIFFNESS,
@@ -73,6 +75,7 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
     "swimmers.flagella.steepness": INVERSE,
     **dict.fromkeys(("swimmers.behaviour.reversal.rate", "swimmers.behaviour.tumble.rate"), RATE),
     "swimmers.behaviour.tumble.duration": TIME,
+    "swimmers.behaviour.tumble.turn": NONE,
     "swimmers.flagella.diffusion": Dimension(2, -1),
     "swimmers.parameters": ANY,
     **dict.fromkeys(("swimmers.ends.thrust", "swimmers.ends.force"), FORCE),
@@ -93,6 +96,9 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
     "cosserat.placement.position": LENGTH,
 }  # fmt: skip
 """Path of a key → the dimension of its numbers; or one for each of those of a vector."""
+TURNS = {"swimmers.ends.turning"}
+"""Keys whose rates are of rotation, in radians per time: of a frequency it would be unclear what it counts."""
+FREQUENCY = re.compile(r"(hz|hertz)\b", re.IGNORECASE)
 SAME = 1e-9
 """Relative difference up to which two values are equal."""
 
@@ -107,6 +113,8 @@ def in_scene_units(tables: dict[str, Any]) -> tuple[dict[str, Any], list[UnitFau
     units = tables.get("units")
     scale = Scale.of(units if isinstance(units, dict) else {})
     broken = {key for key in BASE if isinstance(units, dict) and key in units and key not in scale.units}
+    if _faulty_body(tables.get("swimmers")):  # from which they would follow
+        broken |= BASE.keys() - scale.units.keys()
 
     def read(value: Any, loc: tuple[str | int, ...]) -> Any:
         if isinstance(value, dict):
@@ -116,12 +124,18 @@ def in_scene_units(tables: dict[str, Any]) -> tuple[dict[str, Any], list[UnitFau
         if not is_quantity(value) or (found := _wanted(loc)) is None:
             return value
         text, number = _number(value, found[0], scale, broken)
+        if _path(loc) in TURNS and number is not None and FREQUENCY.search(value):
+            text = f" = {shown(value)}: a rate of rotation must be in rad/s or rpm, as 1 Hz may be a turn or a radian"
         if text is not None:
             faults.append((loc, text))
         return value if number is None else number
 
     converted = {key: value if key == "units" else read(value, (key,)) for key, value in tables.items()}
     return converted, faults
+
+
+def _path(loc: tuple[str | int, ...]) -> str:
+    return ".".join(part for part in loc if isinstance(part, str))
 
 
 def _wanted(loc: tuple[str | int, ...]) -> tuple[Dimension | None] | None:
@@ -206,6 +220,13 @@ def _bodies(swimmers: Any) -> Iterator[tuple[int, BodyTable]]:
                 yield i, BodyTable.model_validate(plain(table["body"]))
             except ValidationError:
                 continue
+
+
+def _faulty_body(swimmers: Any) -> bool:
+    """Whether a table of swimmers has a body with a fault."""
+    tables = swimmers if isinstance(swimmers, tuple) else ()
+    given = {i for i, table in enumerate(tables) if isinstance(table, dict) and "body" in table}
+    return bool(given - dict(_bodies(swimmers)).keys())
 
 
 def _differences(body: BodyTable, length: float, force: float, given: bool) -> Iterator[tuple[str, str]]:

@@ -32,8 +32,6 @@ Motion = tuple[NumberOrFormula, NumberOrFormula, NumberOrFormula]
 
 
 FEWEST_TIMES, MOST_TIMES = 4, 100_000
-SHORTEST = 1e-4
-"""Times of a table are farther apart than those by whose difference velocities are found."""
 
 
 class MotionTable(Table):
@@ -46,7 +44,7 @@ class MotionTable(Table):
         default=None,
         min_length=FEWEST_TIMES,
         max_length=MOST_TIMES,
-        description="a list of 4 or more increasing times, at least 1e-4 apart, the first at or before 0",
+        description="a list of 4 or more increasing times, the first at or before 0",
     )
     points: tuple[Vector, ...] | None = Field(default=None, description="a list of points [x, y, z], one for each time")
     periodic: bool = Field(default=False, description="true or false: whether the motion is repeated")
@@ -73,7 +71,7 @@ class MotionTable(Table):
         times, points = np.array(good["times"]), good["points"]
         if len(points) != len(times):
             return [fault(("points",), points, f": has {len(points)} points; needs one for each of {len(times)} times")]
-        if not (np.diff(times) >= SHORTEST).all() or times[0] > 0:
+        if not (np.diff(times) > 0).all() or times[0] > 0:
             words = cls.model_fields["times"].description
             return [fault(("times",), times, f" = {shown(good['times'])}: must be {words}")]
         if good.get("periodic") and points[0] != points[-1]:
@@ -94,7 +92,9 @@ def _file_faults(raw: dict[str, Any]) -> Faults:
     except FileNotFoundError:
         where = "(relative paths in a scene file start at the folder of the scene)"
         return [fault(("file",), path, f": there is no file {path} {where}")]
-    except (OSError, TrackError, ValueError) as error:
+    except OSError as error:
+        return [fault(("file",), path, f" = {shown(path)}: cannot be read: {error.strerror or error}")]
+    except (TrackError, ValueError) as error:
         return [fault(("file",), path, f": {path} {error}")]
     return []
 

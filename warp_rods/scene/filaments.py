@@ -13,7 +13,7 @@ from warp_rods.errors import SceneError
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.components import OR_COMPONENTS, DragAlong, StiffnessAlong, StrainsAlong
 from warp_rods.scene.ensemble import AUTO, MOST_NODES, EnsembleTable, OrAuto, length_faults, lookup
-from warp_rods.scene.parameters import ParametersEach
+from warp_rods.scene.parameters import ParametersEach, names_of
 from warp_rods.scene.per_rod import (
     OR_EACH,
     Direction,
@@ -158,7 +158,7 @@ class FilamentsTable(EnsembleTable):
     @classmethod
     def cross_faults(cls, raw: dict[str, Any], good: dict[str, Any]) -> Faults:
         placement = tuple("placement." + key for key in ("position", "direction", "geodesic_curvature"))
-        named = tuple(f"parameters.{name}" for name in raw.get("parameters") or ())
+        named = tuple(f"parameters.{name}" for name in names_of(raw))
         return [
             *length_faults(
                 raw,

@@ -17,7 +17,10 @@ from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.per_rod import OR_EACH, NumberEach, PositiveEach, ZeroOrMoreEach
 from warp_rods.values import Positive, must_be, nearest, plain
 
-__all__ = ["LAWS", "PROFILES", "FlagellaTable", "Law", "LawParameter"]
+__all__ = [
+    "LAWS", "ODD_TARGET", "PROFILES", "WITHOUT_BEHAVIOUR", "FlagellaTable", "Law", "LawParameter", "is_odd",
+    "needs_target",
+]  # fmt: skip
 
 ALLOWED: dict[str, tuple[Any, str]] = {
     "any number": (NumberEach, "a number"),
@@ -25,6 +28,13 @@ ALLOWED: dict[str, tuple[Any, str]] = {
     "zero or more": (ZeroOrMoreEach, "0 or a positive number"),
 }
 """Kinds of allowed values of a parameter of a law: type, and description."""
+
+
+TARGET = ("front", "back")
+"""The first parameters of a law with a target of f at s > 0 and at s < 0, on which behaviours act."""
+ODD_TARGET = "the target of the flagella must be odd: front = -back"
+"""Where the symmetry under rotation by π is imposed."""
+WITHOUT_BEHAVIOUR = "a behaviour could break the symmetry"
 
 
 @dataclass(frozen=True)
@@ -47,6 +57,11 @@ class Law:
     parameters: Mapping[str, LawParameter] = field(default_factory=dict)
     diffuses: bool = True
 
+    @property
+    def has_target(self) -> bool:
+        """Whether f follows a target, which the first two parameters give."""
+        return tuple(self.parameters)[:2] == TARGET
+
 
 LAWS: dict[str, Law] = {
     "relaxing": Law("RELAXING"),
@@ -59,6 +74,20 @@ LAWS: dict[str, Law] = {
 ``driven``: τf ∂t f = g(s) − f + D f'' with the target g, from ``back`` at s < 0 to ``front`` at s > 0."""
 DEFAULT_LAW = "relaxing"
 """Not written into scenes that do not name a law, so that scenes of earlier versions keep their hash."""
+
+
+def needs_target(law: str) -> str:
+    """The fault of a behaviour of flagella with this law; empty where there is none."""
+    if LAWS[law].has_target:
+        return ""
+    others = " or ".join(f'"{name}"' for name, row in LAWS.items() if row.has_target)
+    return f": acts on the target of the flagella, which the law {law} does not have; use flagella.law = {others}"
+
+
+def is_odd(front: Any, back: Any) -> np.ndarray:
+    """Whether a target that goes from ``back`` to ``front`` is odd, up to round-off; numbers, or arrays [rod]."""
+    return np.asarray(np.isclose(front, np.negative(back), rtol=1e-9, atol=0.0))
+
 
 PROFILES: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
     "tanh": lambda s, sharpness: -np.tanh(sharpness * s),

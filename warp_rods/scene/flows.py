@@ -153,7 +153,7 @@ class FlowTable(Table):
     def formulas(self) -> Any:
         """The flow: a ``Profile``, or three formulas with the parameters in them."""
         found = FLOWS[self.kind].flow(self.values)
-        return found if isinstance(found, Profile) else tuple(numbered(part, self.parameters) for part in found)
+        return found if isinstance(found, Profile) else tuple(with_values(part, self.parameters) for part in found)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -187,7 +187,7 @@ class FlowTable(Table):
         return faults or _angle_faults(FLOWS[kind].perpendicular, raw)
 
 
-def numbered(part: Any, parameters: Mapping[str, float] | None) -> str:
+def with_values(part: Any, parameters: Mapping[str, float] | None) -> str:
     """A number or formula as a formula with the numbers of parameters."""
     return with_numbers(part, parameters or {}) if isinstance(part, str) else repr(part)
 

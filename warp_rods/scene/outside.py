@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.flows import formula_fault, numbered
+from warp_rods.scene.flows import formula_fault, with_values
 from warp_rods.scene.parameters import Parameters
 from warp_rods.scene.per_rod import Vector
 
@@ -58,4 +58,4 @@ class ForceTable(Table):
     @property
     def texts(self) -> tuple[str, ...]:
         """The six formulas of force and couple, with the numbers of parameters in them."""
-        return tuple(numbered(part, self.parameters) for part in (*self.force, *self.couple))
+        return tuple(with_values(part, self.parameters) for part in (*self.force, *self.couple))

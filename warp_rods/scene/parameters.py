@@ -19,7 +19,7 @@ from warp_rods.formula import usable_name
 from warp_rods.scene.per_rod import NumberEach
 from warp_rods.values import Number, shown
 
-__all__ = ["Parameters", "ParametersEach", "known_names", "known_within", "unused", "use"]
+__all__ = ["Parameters", "ParametersEach", "known_names", "known_within", "names_of", "unused", "use"]
 
 VARIABLES = ("s", "t")
 """Names that have a meaning in formulas, besides x, y, z and functions."""
@@ -53,12 +53,17 @@ ParametersEach = Annotated[dict[str, NumberEach], AfterValidator(_named)]
 @contextmanager
 def known_within(table: Any) -> Iterator[None]:
     """Let the parameters of a table be known while it is read."""
-    given = table.get("parameters") if isinstance(table, Mapping) else None
-    token = _KNOWN.set(_Known(tuple(given) if isinstance(given, Mapping) else ()))
+    token = _KNOWN.set(_Known(names_of(table)))
     try:
         yield
     finally:
         _KNOWN.reset(token)
+
+
+def names_of(table: Any) -> tuple[str, ...]:
+    """The names of the parameters of a table as given; none where they are no table."""
+    given = table.get("parameters") if isinstance(table, Mapping) else None
+    return tuple(given) if isinstance(given, Mapping) else ()
 
 
 def known_names() -> tuple[str, ...]:

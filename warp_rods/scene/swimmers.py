@@ -4,16 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
+import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from warp_rods.scene.along import OR_ALONG, OR_IN_TIME, NumberAlong, PositiveAlong
 from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
 from warp_rods.scene.body import BodyTable
-from warp_rods.scene.checks import Faults, Table
+from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.ends import EndOrKind
 from warp_rods.scene.ensemble import MOST_NODES, EnsembleTable, OrAuto, length_faults
-from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, FlagellaTable
-from warp_rods.scene.parameters import ParametersEach
+from warp_rods.scene.flagella import (
+    DEFAULT_LAW,
+    LAWS,
+    ODD_TARGET,
+    TARGET,
+    WITHOUT_BEHAVIOUR,
+    FlagellaTable,
+    is_odd,
+    needs_target,
+)
+from warp_rods.scene.parameters import ParametersEach, names_of
 from warp_rods.scene.per_rod import ONE, OR_EACH, TABLE, Direction, NumberEach, Vector, WordOrTable
 from warp_rods.scene.shapes import ShapeTable, each_of_start
 
@@ -106,9 +116,29 @@ class SwimmersTable(EnsembleTable):
         nested = ("shape.amplitude", "shape.perturbation", "placement.position", "placement.direction")
         of_flagella = [f"flagella.{name}" for name in _each_rod_of_flagella(raw.get("flagella"))]
         random = [f"behaviour.{name}.{key}" for name, row in BEHAVIOURS.items() for key in row.parameters]
-        named = [f"parameters.{name}" for name in raw.get("parameters") or ()]
+        named = [f"parameters.{name}" for name in names_of(raw)]
         each = (*plain_keys, *nested, *of_flagella, *random, *named)
-        return length_faults(raw, good, each) + each_of_start(raw, good)
+        return [*length_faults(raw, good, each), *each_of_start(raw, good), *_activity_faults(raw, good)]
+
+
+def _activity_faults(raw: dict[str, Any], good: dict[str, Any]) -> Faults:
+    """What flagella, behaviour and symmetry do not agree on."""
+    symmetric, behaviour = good.get("symmetric") is True, good.get("behaviour")
+    faults = []
+    if symmetric and behaviour:
+        faults.append(fault(("symmetric",), True, f" = true: {WITHOUT_BEHAVIOUR}; leave one of them out"))
+    if "flagella" in raw and "flagella" not in good:
+        return faults
+    flagella = good.get("flagella", {})
+    name = flagella.get("law", DEFAULT_LAW)
+    if behaviour and (text := needs_target(name)):
+        faults.append(fault(("behaviour",), behaviour, text))
+    if symmetric and LAWS[name].has_target:
+        target = [np.array(flagella.get(key, LAWS[name].parameters[key].default)) for key in TARGET]
+        fits = len({part.shape for part in target if part.ndim}) < 2  # a fault of its own
+        if fits and not is_odd(*target).all():
+            faults.append(fault(("symmetric",), True, f" = true: {ODD_TARGET}"))
+    return faults
 
 
 def _each_rod_of_flagella(table: Any) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -19,6 +20,7 @@ __all__ = ["QuantityText", "Scale", "Units", "metres"]
 
 BASE = {"length": LENGTH, "time": TIME, "force": FORCE}
 """Key of [units] → its dimension."""
+POWER = re.compile(r"-?[0-9]{1,2}")
 EXAMPLES = {"length": '"1 um"', "time": '"1 s"', "force": '"1 pN"'}
 
 
@@ -114,21 +116,30 @@ class Scale:
 
     def in_si(self, product: str) -> str:
         """Units such as "force*length^2/time" as a number and a unit in SI: "4e-10 N m^2/s"; as they are without it."""
+        number, unit = self.number_in_si(product)
+        return f"{number!r} {unit}" if unit else product
+
+    def number_in_si(self, product: str) -> tuple[float, str]:
+        """The number and the unit of ``in_si``; 1 and nothing where there are none."""
         dimension = dimension_of(product)
         if dimension is None or not any(dimension) or self.missing(dimension):
-            return product
-        return f"{float(self.one(dimension))!r} {si_words(dimension)}"
+            return 1.0, ""
+        try:
+            number = float(self.one(dimension))
+        except OverflowError:
+            return 1.0, ""
+        return (number, si_words(dimension)) if number else (1.0, "")
 
 
 def dimension_of(product: str) -> Dimension | None:
-    """The dimension of "1/length", "force*length^2/time"; None where a factor is not a unit of a scene."""
+    """The dimension of "1/length", "force*length^2/time"; None where a factor is not a whole power of a unit."""
     powers = dict.fromkeys(BASE, 0)
     for i, part in enumerate(product.split("/")):
         for factor in part.split("*"):
             name, _, power = factor.partition("^")
-            if name in powers:
+            if name in powers and (not power or POWER.fullmatch(power)):
                 powers[name] += (-1 if i else 1) * int(power or 1)
-            elif name != "1":
+            elif name != "1" or power:
                 return None
     return Dimension(*powers.values())
 

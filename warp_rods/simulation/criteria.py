@@ -14,7 +14,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.rods.along import Along, at_nodes
-from warp_rods.rods.bound.along import Components, numbered
+from warp_rods.rods.bound.along import Components, for_each_rod
 from warp_rods.rods.bound.checks import RULES
 from warp_rods.rods.free.natural import Natural
 from warp_rods.rods.modes import beam_mode
@@ -251,7 +251,7 @@ def _components(table: FilamentsTable, name: str, end: float) -> np.ndarray:
     if numbers_of(given):
         return each_rod(given, table.count, 3)[:, None]
     nodes = next((len(p) for row in rows_of(given) for p in row if isinstance(p, list)), SAMPLES)
-    rows = numbered(rows_of(given), table.count, named_numbers(table.parameters, table.count))
+    rows = for_each_rod(rows_of(given), table.count, named_numbers(table.parameters, table.count))
     found = Components(name, rows, table.count, nodes, RULES[name])
     times = np.linspace(0.0, end, TIMES) if found.varies else np.zeros(1)
     return np.concatenate([found.at(time, nodes) for time in times])

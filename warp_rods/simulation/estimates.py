@@ -158,7 +158,13 @@ def frames_of(scene: Scene) -> int:
 
 def trajectory_bytes(scene: Scene) -> float:
     """Bytes of the trajectory of a whole run, without the few kilobytes of its metadata."""
-    from warp_rods.rods.variables import COSSERAT_VARIABLES, FILAMENT_VARIABLES, STATIC, SWIMMER_VARIABLES
+    from warp_rods.rods.variables import (
+        COSSERAT_VARIABLES,
+        FILAMENT_VARIABLES,
+        STATIC,
+        SWIMMER_VARIABLES,
+        variables_of_behaviours,
+    )
     from warp_rods.simulation.output import chosen
     from warp_rods.simulation.store import GroupSpec, stored_bytes
 
@@ -169,7 +175,9 @@ def trajectory_bytes(scene: Scene) -> float:
         for table in getattr(scene, kind):
             nodes = type(table).FEWEST_NODES if table.nodes == AUTO else table.nodes
             most = output.frames_per_file if output else None
-            spec = GroupSpec(table.count, nodes, chosen(output, variables), {}, most)
+            random = getattr(table, "behaviour", None)
+            events = variables_of_behaviours(random.behaviours if random else ())
+            spec = GroupSpec(table.count, nodes, chosen(output, variables | events), {}, most)
             total += stored_bytes(spec, frames) + 8 * table.count * len(STATIC)
     return total
 

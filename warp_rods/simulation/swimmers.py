@@ -41,7 +41,7 @@ def build(layout: Layout, table: SwimmersTable) -> None:
         placed = {name: arrays[name] for name in ("position", "rotation")}
     layout.ensembles[table.name] = _free_rods(layout, table, **placed)
     wall = layout.scene.box and layout.scene.box.wall
-    if not (table.symmetric or layout.scene.steric or wall):
+    if not (table.symmetric or layout.scene.steric or wall or any(layout.outside(table.name).values())):
         layout.notes += _symmetric_start(table, layout.ensembles[table.name])
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from warp_rods.quantities import FORCE, LENGTH, TIME, Dimension
-from warp_rods.scene.units import Scale
+from warp_rods.quantities import Dimension, si_words
+from warp_rods.scene.dimensions import DIMENSIONS
+from warp_rods.scene.units import BASE, Scale
 
 if TYPE_CHECKING:
     from warp_rods.scene.scene import Scene
@@ -13,18 +14,15 @@ if TYPE_CHECKING:
 
 __all__ = ["lines_of_units"]
 
-STIFFNESS = Dimension(2, 0, 1)
-IN_SI = {"bend": STIFFNESS, "twist": STIFFNESS, "moment": LENGTH, "rotational_drag": Dimension(0, 1, 1)}
-"""Group of swimmers → the dimension of what it stands for."""
-UNITS = {STIFFNESS: "N m²", LENGTH: "m", Dimension(0, 1, 1): "N s", TIME: "s", FORCE: "N"}
+GROUPS = ("bend", "twist", "moment", "rotational_drag")
+"""Groups of swimmers that stand for something in SI."""
 
 
 def lines_of_units(scene: Scene) -> list[str]:
     """Lines for the user; none for a scene without units of time and force."""
     if scene.units is None or scene.units.time is None or scene.units.force is None:
         return []
-    one = {"length": LENGTH, "time": TIME, "force": FORCE}
-    parts = [f"{key} {float(scene.units.scale.one(d)):.4g} {UNITS[d]}" for key, d in one.items()]
+    parts = [f"{key} {_in_si(1.0, dimension, scene.units.scale)}" for key, dimension in BASE.items()]
     return [
         f"one unit is: {', '.join(parts)}",
         *(_line(table, scene.units.scale) for table in scene.swimmers if table.body),
@@ -36,11 +34,16 @@ def _line(table: SwimmersTable, scale: Scale) -> str:
     body = table.body
     assert body is not None  # of those that have one
     found = []
-    for name, dimension in IN_SI.items():
-        value = getattr(table, name)
-        if isinstance(value, (int, float)) and value:
-            found.append(f"{name} {value:.4g} ({value * float(scale.one(dimension)):.4g} {UNITS[dimension]})")
+    for name in GROUPS:
+        value, dimension = getattr(table, name), DIMENSIONS[f"swimmers.{name}"]
+        if isinstance(value, (int, float)) and value and isinstance(dimension, Dimension):
+            found.append(f"{name} {value:.4g} ({_in_si(value, dimension, scale)})")
     along, across, _about = body.drags
     pushed = f"f*L = {body.force:.4g} N, f*/ζ∥ = {body.force / body.metres / along:.4g} m/s"
     drags = f"ζ∥ = {along:.4g} N s/m², ζ⊥/ζ∥ = {across / along:.4g}"
     return f"{table.name}: {pushed}, {drags}; {', '.join(found)}"
+
+
+def _in_si(value: float, dimension: Dimension, scale: Scale) -> str:
+    """A value in units of the scene as one in SI."""
+    return f"{value * float(scale.one(dimension)):.4g} {si_words(dimension).replace('^2', '²')}"

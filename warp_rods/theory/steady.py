@@ -64,7 +64,10 @@ class FixedShape(metaclass=Documented):
         return self.swimmer.rods(self.fields[None], self.swimmer.parameters, self.swimmer.symmetric)
 
     def write_scene(self, path: str | Path, end: float = 10.0, name: str = "cell") -> Path:
-        """Write, or replace, a scene that starts from this shape, in a ``.npz`` beside it; SceneError if impossible."""
+        """Write a scene that starts from exactly this shape, which is in a file ``.npz`` beside it; returns its path.
+
+        Files of these names are replaced. Raises SceneError where it cannot be written.
+        """
         from warp_rods.theory.steady_scene import write_scene
 
         return write_scene(self, path, end, name)
@@ -90,7 +93,8 @@ class FixedShape(metaclass=Documented):
     def eigenvalues(self, count: int = 6) -> np.ndarray:
         """Leading ``count`` eigenvalues of the equations linearised about the shape, largest real part first; f*/(ζ∥L).
 
-        In the frame that rotates with it, without that neutral mode. Perturbations are those of the swimmer only.
+        In the frame that rotates with the shape, without the neutral mode of that rotation. Perturbations are
+        restricted to those of the swimmer: planar, symmetric, or neither.
         """
         equations = Equations(self.swimmer)
         state = equations.state(self.fields)
@@ -98,7 +102,10 @@ class FixedShape(metaclass=Documented):
 
 
 def at_rest(shape: FixedShape) -> FixedShape:
-    """The fixed shape next to ``shape``, stable or not, by Newton's method; ArithmeticError if none or many (D = 0)."""
+    """The fixed shape next to ``shape``, stable or not, by Newton's method; exact to round-off.
+
+    Raises ArithmeticError where none is found, and where fixed shapes form a continuum (D = 0).
+    """
     equations, parameters = Equations(shape.swimmer), shape.swimmer.parameters
     state = equations.state(shape.fields)
     spin = equations.spin(state)
@@ -130,7 +137,8 @@ def settled(
 ) -> FixedShape:
     """The fixed shape that a swimmer reaches: a simulation of duration ``time``, then Newton's method.
 
-    shape, flagella: as ``FreeRods`` takes them. step: Δt, or by error. ArithmeticError where it ends far from any.
+    shape, flagella: initial shape and profile as ``FreeRods`` takes them. step: Δt; chosen by error if left out. Raises
+    ArithmeticError where the simulation ends far from any fixed shape.
     """
     profile = flagella if swimmer.held is None else np.array(swimmer.held)
     given: dict[str, Any] = dict(swimmer.parameters)

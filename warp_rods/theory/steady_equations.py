@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, sparse
 
+from warp_rods import arguments
 from warp_rods.documented import Documented
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.arrays import PARAMETERS
@@ -46,16 +47,25 @@ STRAIGHT = 1e-7
 
 
 def _check_plain(table: SwimmersTable) -> None:
-    """Raises SceneError for swimmers that are not uniform, straight at rest, and free at their ends."""
+    """Raises SceneError for swimmers that are not uniform, straight at rest, free at their ends, and left alone."""
     along = [name for name in ("bend", "twist", "drag_ratio", "rotational_drag") if _changes(getattr(table, name))]
-    along += [
-        name for name in ("drag_along", "natural_bend", "natural_twist", "ends") if getattr(table, name) is not None
-    ]
+    others = ("drag_along", "natural_bend", "natural_twist", "ends", "couple", "behaviour")
+    along += [name for name in others if getattr(table, name) is not None]
     if along:
-        raise SceneError(
-            f"{along[0]}: fixed shapes are found for uniform swimmers that are straight at rest and free at both ends; "
-            f"run the scene instead"
-        )
+        raise _not_plain(along[0])
+
+
+def _not_plain(name: str) -> SceneError:
+    return SceneError(
+        f"{name}: fixed shapes are found for uniform swimmers that are straight at rest and free at both ends, without "
+        f"couple and behaviour; run the scene instead"
+    )
+
+
+def _check_law(law: str) -> None:
+    """Raises SceneError for a law whose fixed shapes cannot be sought."""
+    if law not in KNOWN_LAWS:
+        raise SceneError(f'flagella.law = "{law}": fixed shapes are found for the laws {", ".join(KNOWN_LAWS)} only')
 
 
 def _changes(value: Any) -> bool:
@@ -71,7 +81,7 @@ class Swimmer(metaclass=Documented):
     parameters: bend β⊥ and twist β∥; optional, with ``DEFAULTS``, are moment M, drag_ratio η, rotational_drag ηr,
     relaxation τf and diffusion D. planar: bent in one plane and without twist, which needs M = 0. symmetric: with the
     π-rotation symmetry (C.49). held: f [node] of flagella that stay fixed and are not among the unknowns. Raises
-    SceneError for an unknown or missing parameter and for a planar swimmer with a moment.
+    SceneError for an unknown or missing parameter, for another law of flagella, and for a planar swimmer with a moment.
     """
 
     _unlisted = frozenset({"rods", "law"})
@@ -87,7 +97,14 @@ class Swimmer(metaclass=Documented):
         given = {name: value for name, value in self.parameters.items() if name not in ("flagella", "symmetric")}
         if given.pop("drag_along", 1.0) != 1.0:
             raise SceneError(f"drag_along = {self.parameters['drag_along']}: must be 1 here: ζ∥ is the unit of drag")
-        whole = DEFAULTS | {name: float(value) for name, value in given.items()}
+        flagella = self.parameters.get("flagella")
+        law = flagella.get("law", DEFAULT_LAW) if isinstance(flagella, Mapping) else DEFAULT_LAW
+        _check_law(law)
+        if law == "held" and self.held is None:
+            raise SceneError('flagella.law = "held": needs held, f [node], such as held=tuple(rods.activity[0])')
+        if not_plain := [name for name, value in given.items() if np.ndim(value) or isinstance(value, Mapping)]:
+            raise _not_plain(not_plain[0])
+        whole = DEFAULTS | {name: arguments.real(name, value, arguments.ANY) for name, value in given.items()}
         wrong, missing = whole.keys() - set(PARAMETERS), set(PARAMETERS) - whole.keys()
         if wrong or missing:
             faulty = ", ".join(sorted(wrong | missing))
@@ -105,10 +122,7 @@ class Swimmer(metaclass=Documented):
         """
         _check_plain(table)
         law = table.flagella.law or DEFAULT_LAW
-        if law not in KNOWN_LAWS:
-            raise SceneError(
-                f'flagella.law = "{law}": fixed shapes are found for the laws {", ".join(KNOWN_LAWS)} only'
-            )
+        _check_law(law)
         of_flagella = ("relaxation", "diffusion")
         values = {
             name: each_rod(getattr(table.flagella if name in of_flagella else table, name), table.count)[rod]

@@ -9,6 +9,7 @@ from scipy.integrate import solve_bvp
 
 from warp_rods.errors import SceneError
 from warp_rods.membranes import surfaces
+from warp_rods.rods.bound.checks import along_rods
 from warp_rods.rods.bound.rods import BoundRods
 
 RADIUS = 0.6
@@ -206,6 +207,13 @@ def test_each_rod_has_its_own_values_along_it():
     np.testing.assert_array_equal(rods.intrinsic[1], np.stack([1 - s, 0 * s, 3 + 0 * s], -1))
     assert rods.stiffness.shape == (2, 17, 3)
     assert rods.parameters(1)["intrinsic"][0] == [1.5, 0.0, 3.0]
+
+
+def test_rows_for_another_number_of_rods_are_refused_with_parameters_too():
+    rows = [["k*s", 0.0, 0.0], ["2*k*s", 0.0, 0.0], ["3*k*s", 0.0, 0.0]]
+    for k in (1.0, [1.0, 2.0]):
+        with pytest.raises(SceneError, match="intrinsic: has entries for 3 rods; give one, or 2"):
+            along_rods({"intrinsic": rows}, 2, 17, False, {"k": np.broadcast_to(k, 2)})
 
 
 @pytest.mark.parametrize(

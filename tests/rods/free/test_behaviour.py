@@ -1,12 +1,17 @@
 """Reversals and tumbles: when they happen, what they do to a swimmer, and that their bits depend on nothing else."""
 
+from zlib import crc32
+
 import numpy as np
 import pytest
 from examples.free import slope
 
+import warp_rods as wr
 from warp_rods.errors import SceneError
 from warp_rods.kernels.free import behaviour as kernels
+from warp_rods.rods import together as steps_together
 from warp_rods.rods.free.rods import FreeRods
+from warp_rods.rods.status import Status
 from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
@@ -233,6 +238,41 @@ def test_the_same_bits_after_a_restart(together):
     assert all((one.events[name] == other.events[name]).all() for name in BOTH)
 
 
+def test_no_step_passes_an_event_after_many_first_steps(monkeypatch):
+    """Where the first steps of a given length are no longer divided by their error."""
+    monkeypatch.setattr(steps_together, "MOST_STARTING", 0)
+    reached, finish_step = list[float](), FreeRods.finish_step
+
+    def finish(rods: FreeRods) -> None:
+        finish_step(rods)
+        reached.append(rods.reached)
+
+    monkeypatch.setattr(FreeRods, "finish_step", finish)
+    rods = bent(2, REVERSAL)
+    rods.step(0.5, 4)
+    events = [time for rod in range(2) for time, *_ in history(11, rod, "reversal", 2.0, RATE)[1:-1]]
+    assert len(events) > 2
+    np.testing.assert_allclose([min(reached, key=lambda at: abs(at - time)) for time in events], events, rtol=1e-12)
+
+
+def test_the_same_bits_after_a_restart_where_a_rod_has_failed():
+    """Steps together no longer end at the events of a rod that was frozen."""
+    one, other = bent(2, REVERSAL), bent(2, REVERSAL)
+    one.step(2e-3, 5)
+    rod = int(one.state()["event_time"].argmin())
+    first = one.state()["event_time"].min()
+    status = np.full(2, Status.OK, dtype=np.int32)
+    status[rod] = Status.UNRESOLVED
+    one._arrays.rods.status.assign(status)
+    state, left = one.state(), round((first - one.time) / 2e-3) + 20
+    other.restore(state)
+    for rods in (one, other):
+        rods.step(2e-3, left)
+        assert not rods.events["reversal"][rod]
+    for name in ("position", "strain", "activity"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
 @pytest.mark.parametrize(
     ("behaviour", "end", "steps"),
     [
@@ -277,6 +317,29 @@ def test_swimmers_that_feel_each_other_have_the_same_events():
     np.testing.assert_allclose(walled.position, alone.position, atol=0.01)
 
 
+def test_events_are_in_the_trajectory(tmp_path):
+    """Counts so far by rod and behaviour, in each frame; rods without a behaviour have none."""
+    cell = {"count": 3, "nodes": 17, "bend": 0.1, "twist": 0.1, "flagella": DRIVEN}
+    scene = Scene(
+        swimmers=[{**cell, "name": "a", "behaviour": BOTH}, {**cell, "name": "b"}],
+        time={"end": 2.0, "save_every": 0.5},
+        output={"usd": False},
+        seed=4,
+    )
+    wr.run(scene, out=tmp_path / "run")
+    opened = wr.open_run(tmp_path / "run")
+    events = opened["a"]["events"]
+    assert events.dims == ("frame", "rod", "behaviour") and "events" not in opened["b"]
+    assert events["behaviour"].values.tolist() == list(BOTH)
+    stream = crc32(b"a") << 32
+    for name, values in BOTH.items():
+        for rod in range(3):
+            times = [time for time, *_ in history(4, stream + rod, name, 2.0, **values)[1:]]
+            expected = np.searchsorted(times, events["time"].values)
+            np.testing.assert_array_equal(events.sel(behaviour=name)[:, rod], expected)
+    assert events[-1].sum() > 3
+
+
 def test_ensembles_and_rods_have_streams_of_their_own():
     """Whatever their order in the scene, and with other seeds others."""
     table = {"count": 3, "nodes": 17, "bend": 0.1, "twist": 0.1, "flagella": DRIVEN, "behaviour": REVERSAL}
@@ -295,20 +358,25 @@ def test_ensembles_and_rods_have_streams_of_their_own():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"behaviour": {"reversals": {"rate": 1.0}}}, r"behaviour = 'reversals': must be one of reversal, tumble"),
+        ({"behaviour": {"reversals": {"rate": 1.0}}}, r"behaviour\.reversals: unknown .* known: reversal, tumble"),
         ({"behaviour": {"reversal": {}}}, r"behaviour\.reversal\.rate: missing; must be a positive number"),
         ({"behaviour": {"reversal": {"rate": -1.0}}}, r"behaviour\.reversal\.rate = -1\.0: must be a positive number"),
-        ({"behaviour": {"reversal": {"rate": [1.0, 2.0]}}}, r"behaviour\.reversal\.rate = .*: must be a positive"),
-        ({"behaviour": {"reversal": {"rate": 1, "duration": 1}}}, r"behaviour\.reversal: unknown key 'duration'"),
+        ({"behaviour": {"reversal": {"rate": [1.0, 2.0]}}}, r"behaviour\.reversal\.rate: .* do not fit 3 rods"),
+        ({"behaviour": {"reversal": {"rate": 1, "duration": 1}}}, r"behaviour\.reversal\.duration: unknown key"),
         ({"behaviour": {"tumble": {"rate": 1, "duration": 0.0, "turn": 1}}}, r"tumble\.duration = 0\.0: must be a num"),
         (
             {"behaviour": {"tumble": {"rate": 1, "duration": 1, "turn": -1}}},
-            r"tumble\.turn = -1: must be 0 or a positive",
+            r"tumble\.turn = -1: must be a number from 0 to pi",
         ),
+        ({"behaviour": {"tumble": {"rate": 1, "duration": 1, "turn": 3.2}}}, r"tumble\.turn = 3\.2: must be a number"),
         ({"behaviour": REVERSAL, "flagella": {}}, r'law relaxing does not have; use flagella\.law = "driven"'),
         ({"behaviour": REVERSAL, "seed": -1}, r"seed"),
         ({"behaviour": REVERSAL, "streams": [1, 2]}, r"streams = .*one for each of 3 rods"),
         ({"behaviour": REVERSAL, "symmetric": True}, r"symmetric = true: a behaviour could break the symmetry"),
+        (
+            {"symmetric": True, "flagella": DRIVEN | {"profile": "tanh", "front": 1.0, "back": [-1.0, -1.0, 1.0]}},
+            r"symmetric = true: the target of the flagella must be odd: front = -back",
+        ),
     ],
 )
 def test_impossible_behaviours_are_refused(changes, said):
@@ -337,3 +405,34 @@ def test_faults_of_a_scene_have_a_line_each(behaviour, line):
         Scene.parse({"swimmers": [{**table, "behaviour": behaviour}], "time": {"end": 1.0}})
     lines = str(caught.value).splitlines()
     assert len(lines) == 2 and line in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        (
+            {"flagella": {}, "symmetric": True, "behaviour": REVERSAL},
+            [
+                "symmetric = true: a behaviour could break the symmetry; leave one of them out",
+                "behaviour: acts on the target of the flagella, which the law relaxing does not have; "
+                'use flagella.law = "driven"',
+            ],
+        ),
+        (
+            {"flagella": {"law": "driven", "front": [1, 1, 0.5], "back": -1}, "symmetric": True, "parameters": 3},
+            [
+                "parameters = 3: must be a table of numbers by name, such as { k = 7.0 }, for formulas, or a list with "
+                "one for each rod",
+                "symmetric = true: the target of the flagella must be odd: front = -back",
+            ],
+        ),
+        ({"flagella": {"law": "driven"}, "symmetric": True}, ["symmetric = true: the target of the flagella must be "]),
+    ],
+)
+def test_faults_of_flagella_behaviour_and_symmetry_are_in_one_message(changes, lines):
+    table = {"name": "a", "count": 3, "nodes": 17, "bend": 0.1, "twist": 0.1, **changes}
+    with pytest.raises(SceneError) as caught:
+        Scene.parse({"swimmers": [table], "time": {"end": 1.0}})
+    found = str(caught.value).splitlines()[1:]
+    assert len(found) == len(lines)
+    assert all(f"swimmers[0].{line}" in found[i] for i, line in enumerate(lines))

@@ -5,7 +5,7 @@ import pytest
 
 import warp_rods as wr
 from warp_rods.errors import SceneError
-from warp_rods.rods.free.motion import NUDGE, Motion
+from warp_rods.rods.free.motion import Motion
 from warp_rods.rods.free.rods import FreeRods
 
 FORMULAS = ["0.1*sin(2*t)", 0, "0.2*t"]
@@ -32,7 +32,7 @@ def test_the_spline_is_of_fourth_order_and_its_velocity_of_third(verified):
     for count in (11, 21, 41, 81):
         motion = Motion("m", table(count), {}, True)
         found = np.array([motion(t) for t in at])
-        slopes = np.array([motion(t + NUDGE) - motion(t - NUDGE) for t in at]) / (2 * NUDGE)
+        slopes = np.array([motion.rate(t) for t in at])
         errors.append((abs(found - exact).max(), abs(slopes - rate).max()))
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     for name, order, k in (("place", 4, 0), ("velocity", 3, 1)):
@@ -55,15 +55,50 @@ def test_a_rod_moved_along_a_table_moves_as_by_its_formula():
     )
 
 
-def test_tables_are_held_at_their_ends_or_repeat():
-    held = Motion("m", table(21, -1.0, 1.0), {}, True)
-    np.testing.assert_allclose(held(5.0), points(np.array([1.0]))[0], atol=1e-4)
-    np.testing.assert_array_equal(held(0.0), 0.0)
+def test_tables_go_straight_on_beyond_their_ends_or_repeat():
+    straight = Motion("m", table(21, -1.0, 1.0), {}, True)
+    for time, end in ((5.0, 1.0), (-3.0, -1.0)):
+        rate = np.array([0.2 * np.cos(2 * end), 0.0, 0.2])
+        np.testing.assert_allclose(straight.rate(time), rate, atol=1e-3)
+        np.testing.assert_allclose(straight(time), points(np.array([end]))[0] + (time - end) * rate, atol=3e-3)
+    np.testing.assert_array_equal(straight(0.0), 0.0)
     times = np.linspace(0, 2, 41)
     wave = np.stack([np.cos(np.pi * times), 0 * times, 0 * times], axis=1)
     wave[-1] = wave[0]
     motion = Motion("m", {"times": times, "points": wave, "periodic": True}, {}, True)
     np.testing.assert_allclose(motion(7.3)[0], np.cos(np.pi * 7.3) - 1, atol=1e-4)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_velocities_are_exact_in_any_unit_of_time(unit):
+    """Of formulas, also with parameters of each rod, of tables, and of rotation vectors."""
+    w, t = 1 / unit, 0.3 * unit
+    speed = 0.1 * w * np.cos(w * t)
+    motion = Motion("m", [f"0.1*sin({w!r}*t)", "-k*atan2(t, t**2)", "exp(k*0)"], {"k": np.array([1.0, 2.0])}, True)
+    expected = [[speed, -k * (t**2 - 2 * t**2) / (t**2 + t**4), 0.0] for k in (1.0, 2.0)]
+    np.testing.assert_allclose(motion.rate(t), expected, rtol=1e-12)
+    given = table(201)
+    of_table = Motion("m", {"times": given["times"] * unit, "points": given["points"]}, {}, True)
+    np.testing.assert_allclose(of_table.rate(t)[0], 2 * speed * np.cos(2 * w * t) / np.cos(w * t), rtol=1e-4)
+
+
+def test_a_turned_end_starts_as_it_is_and_turns_by_its_rotation():
+    """R(t) R(0)⁻¹, with the angular velocity of the derivative of R; also where the vector is not 0 at t = 0."""
+    from scipy.spatial.transform import Rotation
+
+    def vector(t):
+        return np.array([0.4 + np.sin(t), 0.5, 0.3 * t])
+
+    ends = ({"kind": "clamped", "rotation": ["0.4 + sin(t)", 0.5, "0.3*t"]}, "free")
+    holding = FreeRods(1, 17, **ROD, ends=ends)._holding
+    first, h = holding._at(0, 0.0)[1][0], 1e-5
+    np.testing.assert_allclose(first, np.eye(3), atol=1e-15)
+    for t in (0.0, 0.7):
+        turns = [Rotation.from_rotvec(vector(t + d)) for d in (-h, h)]
+        turned = Rotation.from_rotvec(vector(t)) * Rotation.from_rotvec(vector(0.0)).inv()
+        np.testing.assert_allclose(holding._at(0, t)[1][0], turned.as_matrix(), atol=1e-14)
+        rate = (turns[1] * turns[0].inv()).as_rotvec() / (2 * h)
+        np.testing.assert_allclose(holding._rates(0, t)[1][0], rate, rtol=1e-8, atol=1e-9)
 
 
 def scene(motion, end=2.0):
@@ -97,6 +132,7 @@ def test_files_of_motions(tmp_path):
     ({"times": [0, 1, 2, 3], "points": [[0, 0, 0]] * 3}, "motion.points: has 3 points; needs one for each of 4 times"),
     ({"times": [0, 1, 2, 3]}, "motion: points: missing; give times and points, or a file"),
     ({"file": "nowhere.csv"}, "motion.file: there is no file nowhere.csv"),
+    ({"file": "/"}, "motion.file = \"/\": cannot be read: Is a directory"),
     (table(21) | {"periodic": True}, "the first and the last must be equal where periodic = true"),
     (table(21) | {"every": 1}, "motion.every: unknown key"),
 ])  # fmt: skip
@@ -104,3 +140,9 @@ def test_mistakes_in_tables_are_named(motion, line):
     with pytest.raises(SceneError) as caught:
         wr.Scene(**scene(motion))
     assert line in str(caught.value)
+
+
+def test_an_empty_file_is_no_array(tmp_path):
+    (tmp_path / "track.npy").write_bytes(b"")
+    with pytest.raises(SceneError, match=r"track\.npy is no array of numbers"):
+        wr.Scene(**scene({"file": str(tmp_path / "track.npy")}))

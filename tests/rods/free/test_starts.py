@@ -26,6 +26,7 @@ SYMMETRIC = {
     "writhe": {"shape": {"kind": "writhe", "amplitude": 6.0}, "moment": 1e-3},
     "about a tilted axis": {"shape": strains((EVEN * 1j + 0.3 * ODD) * TILT)},
     "piecewise": {"shape": {"kind": "mode", "mode": 2}, "flagella": {"profile": "piecewise"}},
+    "with an odd target": {"flagella": {"law": "driven", "front": -0.3, "back": 0.3}},
 }
 OTHER = {
     "even and odd in one plane": {"shape": strains(1j * (EVEN + 0.3 * ODD))},
@@ -34,6 +35,13 @@ OTHER = {
     "off by more than round-off": {"shape": strains(1j * (EVEN + 1e-7 * ODD))},
     "perturbed": {"shape": {"kind": "mode", "perturbation": 1e-5}},
     "passive": {"flagella": None},
+    "held": {"ends": ["clamped", "free"], "shape": {"kind": "straight"}},
+    "with a couple": {"couple": 1e-3},
+    "with a target that is not odd": {"flagella": {"law": "driven"}},
+    "that tumbles": {
+        "flagella": {"law": "driven", "back": -1.0},
+        "behaviour": {"tumble": {"rate": 1.0, "duration": 0.1, "turn": 0.0}},
+    },
 }
 
 

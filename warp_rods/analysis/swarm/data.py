@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -72,15 +73,34 @@ def space(dataset: xr.Dataset, dimensions: int | None = None) -> Space:
     """The axes along which a swarm extends: all three, or two for a planar swarm.
 
     ``dimensions``: 2 or 3. By default 2 for a swarm that in the first and the last frame is thinner along an axis than
-    ``THIN`` rod lengths. The plane is normal to the axis along which the swarm is thinnest.
+    ``THIN`` rod lengths. The plane is normal to the axis along which the swarm is thinnest; in a duct to that of its
+    shorter sides. In a pore, and a duct with equal sides, a swarm extends along all three by default.
     """
     if dimensions not in (None, 2, 3):
         raise ValueError(f"dimensions = {dimensions}: must be 2 or 3")
     ends = dataset["position"].isel(frame=[0, -1]).transpose(..., "axis").to_numpy()
     thickness = np.ptp(ends.reshape(-1, 3), axis=0)
-    planar = thickness.min() < THIN * rod_length(dataset) if dimensions is None else dimensions == 2
-    axes = np.delete(np.arange(3), 2 - np.argmin(thickness[::-1])) if planar else np.arange(3)
+    normal, round_section = _thin_axis(dataset, thickness)
+    planar = thickness[normal] < THIN * rod_length(dataset) and not round_section
+    planar = planar if dimensions is None else dimensions == 2
+    axes = np.delete(np.arange(3), normal) if planar else np.arange(3)
     return Space(axes, period_of(dataset)[axes])
+
+
+def _thin_axis(dataset: xr.Dataset, thickness: np.ndarray) -> tuple[int, bool]:
+    """The number of the axis normal to a planar swarm, and whether its box has no plane: a section alike both ways.
+
+    thickness [axis]: of the swarm; the thinnest axis counts where the box says nothing, the last one of equal ones.
+    """
+    box = tomllib.loads(dataset.attrs.get("scene", "")).get("box", {})
+    thinnest = 2 - int(np.argmin(thickness[::-1]))
+    if box.get("kind") not in ("pore", "duct"):
+        return thinnest, False
+    width, height = box.get("sides", (1.0, 1.0))
+    if width == height:
+        return thinnest, True
+    along = "xyz".index(box.get("axis", "x"))
+    return (along + (1 if width < height else 2)) % 3, False
 
 
 def period_of(dataset: xr.Dataset) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.described import described
+from warp_rods.analysis.described import attributes, described, units_of
 from warp_rods.analysis.swarm.data import centres, over_frames, surviving, velocities
 
 LAGS = 60
@@ -39,7 +39,8 @@ def speed_distribution(dataset: xr.Dataset, bins: int = 50) -> xr.DataArray:
     top = np.nextafter(max(speeds.max(), np.finfo(float).tiny), np.inf)
     density, edges = np.histogram(speeds, bins, (0.0, top), density=True)
     found = described(dataset, ("v",), density, "time/length", "probability density", "p(|v|)")
-    return found.assign_coords(v=("v", (edges[1:] + edges[:-1]) / 2, {"units": "length/time", "long_name": "speed"}))
+    speed = attributes(units_of(dataset, "length/time"), "speed")
+    return found.assign_coords(v=("v", (edges[1:] + edges[:-1]) / 2, speed))
 
 
 def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
@@ -55,7 +56,7 @@ def mean_square_displacement(dataset: xr.Dataset) -> xr.DataArray:
     lags = np.unique(np.round(np.geomspace(1, longest, LAGS)).astype(int))
     values = [np.sum((at[lag:] - at[:-lag]) ** 2, axis=-1).mean() for lag in lags]
     found = described(dataset, ("lag",), values, "length^2", "mean square displacement", "⟨|r(t + lag) − r(t)|²⟩")
-    return found.assign_coords(lag=("lag", lags * interval, {"units": "time", "long_name": "lag"}))
+    return found.assign_coords(lag=("lag", lags * interval, attributes(units_of(dataset, "time"), "lag")))
 
 
 def displacement_exponent(dataset: xr.Dataset) -> xr.DataArray:

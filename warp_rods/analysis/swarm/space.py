@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.described import described
+from warp_rods.analysis.described import attributes, described, units_of
 from warp_rods.analysis.swarm.data import (
     Space,
     centres,
@@ -106,7 +106,9 @@ def density_map(dataset: xr.Dataset, cell: float | None = None, dimensions: int 
     long_name = "rods per area" if len(names) == 2 else "rods per volume"
     found = described(dataset, ("frame", *names), np.array(maps), f"1/length^{len(names)}", long_name, "Σ w δ(x − r)")
     middles_of = {name: (side[1:] + side[:-1]) / 2 for name, side in zip(names, edges, strict=True)}
-    return found.assign_coords({name: (name, at, {"units": "length"}) for name, at in middles_of.items()})
+    return found.assign_coords(
+        {name: (name, at, {"units": units_of(dataset, "length")}) for name, at in middles_of.items()}
+    )
 
 
 def _sides(points: np.ndarray, period: np.ndarray) -> np.ndarray:
@@ -159,7 +161,7 @@ def _of_distance(
 ) -> xr.DataArray:
     found = described(dataset, ("frame", "r"), values, "1", long_name, source)
     at = (edges[1:] + edges[:-1]) / 2
-    return found.assign_coords(r=("r", at, {"units": "length", "long_name": "distance"}))
+    return found.assign_coords(r=("r", at, attributes(units_of(dataset, "length"), "distance")))
 
 
 def _grid(dataset: xr.Dataset, where: Space, cell: float | None) -> list[np.ndarray]:

@@ -115,11 +115,13 @@ class Components:
             self._parts.append((part, entry, rods, k))
 
 
-def numbered(given: Any, count: int, named: Mapping[str, np.ndarray]) -> Any:
+def for_each_rod(given: Any, count: int, named: Mapping[str, np.ndarray]) -> Any:
     """What ``Components`` takes, with the numbers of parameters [rod] in its formulas: of each rod if they differ."""
     if not named or isinstance(given, np.ndarray) or not _any_along(parts := plain(given)):
         return given
     rows = _triples(parts)
+    if len(rows) not in (1, count):
+        return given  # its fault is named where it is read
     found = with_named(rows, named)
     if len(found) == 1:
         return found[0][0] if len(rows) == 1 else found[0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.rods.bound.along import Components, numbered
+from warp_rods.rods.bound.along import Components, for_each_rod
 from warp_rods.rods.per_rod import along, parameter
 from warp_rods.scene.filaments import NO_TIP
 
@@ -39,7 +39,7 @@ def along_rods(
 
     named: parameters of formulas [rod].
     """
-    given = {name: numbered(value, count, named or {}) for name, value in given.items()}
+    given = {name: for_each_rod(value, count, named or {}) for name, value in given.items()}
     found = {name: Components(name, value, count, nodes, RULES[name]) for name, value in given.items()}
     for name, components in found.items():
         if grows and components.along:

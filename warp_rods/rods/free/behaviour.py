@@ -10,23 +10,21 @@ import warp as wp
 
 from warp_rods import arguments
 from warp_rods.device import exclusive
-from warp_rods.errors import SceneError, named, refuse_unknown
+from warp_rods.errors import SceneError
 from warp_rods.kernels.free import behaviour as kernels
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays, allocate_couple_across
 from warp_rods.rods.free.flagella import Flagella
-from warp_rods.rods.per_rod import each_rod
+from warp_rods.rods.per_rod import each_rod, parameter
 from warp_rods.rods.status import Status
-from warp_rods.scene.behaviour import BEHAVIOURS
-from warp_rods.scene.flagella import LAWS
-from warp_rods.values import plain
+from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
+from warp_rods.scene.checks import read_table
+from warp_rods.scene.flagella import needs_target
 
 __all__ = ["EVENTS", "Behaviours", "behaviours_of", "drag_of_turning", "seed_and_streams", "turning"]
 
 EVENTS = {"event_time": "time", "event_count": "count"}
 """Name in a state → array of events."""
-TARGET = ("front", "back")
-"""The first parameters of a law that behaviours act on."""
 NEAR = 2e-14
 """A time is that of an event if it is nearer than this, relative."""
 WORDS = 2**64
@@ -39,26 +37,12 @@ def behaviours_of(given: Any, count: int, flagella: Flagella) -> dict[str, dict[
         return {}
     if not isinstance(given, Mapping):
         raise arguments.wrong("behaviour", given, "a mapping of behaviours to mappings of their parameters")
-    found = {}
-    for name, values in given.items():
-        row = named(BEHAVIOURS, "behaviour", name)
-        if not isinstance(values, Mapping):
-            raise arguments.wrong(f"behaviour.{name}", values, f"a mapping of {', '.join(row.parameters)}")
-        refuse_unknown(values, row.parameters, f"behaviour.{name}")
-        for key in row.parameters:
-            allowed = row.words(key)
-            if key not in values:
-                raise SceneError(f"behaviour.{name}.{key}: missing; must be {allowed}")
-            read = arguments.reals(f"behaviour.{name}.{key}", values[key])
-            if read.shape not in ((), (count,)) or not all(row.allows(key, value) for value in read.flat):
-                raise arguments.wrong(f"behaviour.{name}.{key}", values[key], f"{allowed}, for all rods or for each")
-        found[name] = plain(dict(values))
-    if found and tuple(LAWS[flagella.law].parameters)[:2] != TARGET:
-        laws = [f'"{name}"' for name, law in LAWS.items() if tuple(law.parameters)[:2] == TARGET]
-        raise SceneError(
-            f"behaviour: acts on the target of the flagella, which the law {flagella.law} does not have; use "
-            f"flagella.law = {' or '.join(laws)}"
-        )
+    found = read_table(BehaviourTable, given, "behaviour").behaviours
+    for name, values in found.items():
+        for key, value in values.items():
+            parameter(f"behaviour.{name}.{key}", value, count, arguments.ANY)
+    if found and (text := needs_target(flagella.law)):
+        raise SceneError(f"behaviour{text}")
     return found
 
 
@@ -106,7 +90,7 @@ class Behaviours:
     ):
         self._names, self._arrays = list(behaviours), arrays
         rods, device = len(law), arrays.position.device
-        self._device, self._next = device, 0.0
+        self._device = device
         values = np.zeros((rods, len(behaviours), 4))
         for column, (name, given) in enumerate(behaviours.items()):
             for k, key in enumerate(BEHAVIOURS[name].parameters):
@@ -130,10 +114,15 @@ class Behaviours:
         wp.launch(kernel, dim=dim, inputs=list(inputs), device=self._device)
 
     @property
+    def count_array(self) -> wp.array:
+        """The number of events so far on the device [rod, behaviour]."""
+        return self._struct.count
+
+    @property
     def counts(self) -> dict[str, np.ndarray]:
         """The number of events of each behaviour so far [rod]."""
         with exclusive:
-            counts = to_host(self._struct.count)
+            counts = to_host(self.count_array)
         return {name: counts[:, column] for column, name in enumerate(self._names)}
 
     def arrays_of_state(self) -> dict[str, wp.array]:
@@ -144,28 +133,22 @@ class Behaviours:
         """Make targets and limits of steps those that follow from the events so far."""
         a = self._arrays
         self._launch(kernels.set_targets, a.now.twist.shape[0], a.rods, a.trial, self._struct)
-        self._find_next()
 
     def next_event(self, reached: float) -> float:
         """The time of the next event of a rod that is not frozen, after those at the time reached have happened."""
-        if self._next <= reached * (1 + NEAR):
+        if self.find_next() <= reached * (1 + NEAR):
             self.meet(np.inf)
-        return self._next
+        return self.find_next()
 
-    def meet(self, before: float) -> float:
-        """Let events of rods that have come to one happen, if it is before a time; returns the time of the next one."""
+    def meet(self, before: float) -> None:
+        """Let events of rods that have come to one happen, if it is before a time."""
         a = self._arrays
         with exclusive:
             state = (a.rods, a.pace, a.contact, a.trial)
             self._launch(kernels.meet_events, a.now.twist.shape[0], *state, before, self._struct)
-            return self._find_next()
 
     def find_next(self) -> float:
-        """The time of the next event of a rod that is not frozen."""
+        """The time of the next event of a rod that is not frozen: never kept, as a rod may freeze in any step."""
         with exclusive:
-            return self._find_next()
-
-    def _find_next(self) -> float:
-        limit, status = self._arrays.trial.limit.numpy(), self._arrays.rods.status.numpy()
-        self._next = float(np.min(limit, where=status == Status.OK, initial=np.inf))
-        return self._next
+            limit, status = to_host(self._arrays.trial.limit), to_host(self._arrays.rods.status)
+        return float(np.min(limit, where=status == Status.OK, initial=np.inf))

@@ -18,7 +18,7 @@ from warp_rods.documented import Documented
 from warp_rods.errors import SceneError, named, refuse_unknown
 from warp_rods.kernels.free import flagella as kernel
 from warp_rods.rods.per_rod import parameter
-from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES
+from warp_rods.scene.flagella import DEFAULT_LAW, LAWS, PROFILES, is_odd
 from warp_rods.values import plain
 
 MOST_LAW_PARAMETERS = 4
@@ -150,6 +150,12 @@ class Flagella(metaclass=Documented):
             given = self.numbers.get(name, row.default)
             values[:, column] = parameter(f"flagella.{name}", given, count, RULES[row.allowed])
         return values
+
+
+def odd_targets(flagella: Flagella, count: int) -> np.ndarray:
+    """Whether f keeps an odd profile [rod]: the target of its law, if it has one, is odd."""
+    numbers = flagella.law_parameters(count)
+    return is_odd(numbers[:, 0], numbers[:, 1]) if LAWS[flagella.law].has_target else np.ones(count, dtype=bool)
 
 
 PASSIVE = Flagella(profile=np.zeros_like, law="held")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from warp_rods.frames.rotations import left_jacobian
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays
 from warp_rods.rods.free.ends import End
-from warp_rods.rods.free.motion import NUDGE
 
 
 class Holding:
@@ -47,7 +47,10 @@ class Holding:
         place = self._position[:, index] + (0.0 if end.motion is None else end.motion(time))
         turned = _turns(np.stack([end.turning * time, 0 * end.turning, 0 * end.turning], axis=1))
         frame = self._rotation[:, index] @ turned
-        return place, frame if end.rotation is None else _turns(end.rotation(time)) @ frame
+        if end.rotation is None:
+            return place, frame
+        at_start = np.swapaxes(_turns(end.rotation(0.0)), -1, -2)
+        return place, _turns(end.rotation(time)) @ at_start @ frame
 
     def _rates(self, index: int, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Velocities and angular velocities in space [rod, 3]."""
@@ -55,13 +58,11 @@ class Holding:
         _place, frame = self._at(index, time)
         velocity = np.zeros_like(self._position[:, index])
         if end.motion is not None:
-            velocity += (end.motion(time + NUDGE) - end.motion(time - NUDGE)) / (2 * NUDGE)
+            velocity += end.motion.rate(time)
         turn = end.turning[:, None] * frame[..., 0]
         if end.rotation is not None:
-            from scipy.spatial.transform import Rotation  # slow to import
-
-            after, before = (Rotation.from_rotvec(end.rotation(time + s * NUDGE)) for s in (1, -1))
-            turn = turn + (after * before.inv()).as_rotvec() / (2 * NUDGE)
+            turned = left_jacobian(end.rotation(time)) @ end.rotation.rate(time)[..., None]
+            turn = turn + turned[..., 0]
         return velocity, turn
 
 

@@ -3,73 +3,97 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arrays
+from warp_rods.membranes.motion import rate_of_arrays
 from warp_rods.scene.checks import read_table
 from warp_rods.scene.ends import MotionTable
 
-__all__ = ["NUDGE", "Motion"]
+__all__ = ["Motion"]
 
-NUDGE = 1e-5
-"""The time over which velocities of a motion are found, by central differences."""
 ALLOWED = "three numbers or formulas in t, for x, y and z, or a table {times, points} or {file}"
+OfTime = Callable[[float], Any]
+
+
+class _Course(NamedTuple):
+    """A quantity as a function of time, and its time derivative."""
+
+    value: OfTime
+    rate: OfTime
 
 
 class Motion:
     """A vector as a function of time: [3], or [rod, 3] where its formulas have parameters that differ from rod to rod.
 
     given: three numbers or formulas in t, or what ``MotionTable`` takes. named: parameters of formulas [rod].
-    from_start: whether the points of a table count from the one at t = 0. Raises SceneError naming what is wrong.
+    from_start: whether it counts from its value at t = 0. Raises SceneError naming what is wrong.
     """
 
     def __init__(self, name: str, given: Any, named: Mapping[str, np.ndarray], from_start: bool):
         self.name = name
         if isinstance(given, (Mapping, MotionTable)):
-            self._function = _through(read_table(MotionTable, given, name), from_start)
+            self._course = _through(read_table(MotionTable, given, name))
         elif isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 3:
             raise arguments.wrong(name, given, ALLOWED)
         else:
-            self._function = _of_formulas([_function(f"{name}[{i}]", part, named) for i, part in enumerate(given)])
+            parts = [_component(f"{name}[{i}]", part, named) for i, part in enumerate(given)]
+            self._course = _Course(_together([part.value for part in parts]), _together([part.rate for part in parts]))
+        self._start = self._found(self._course.value, 0.0, "value") if from_start else 0.0
 
     def __call__(self, time: float) -> np.ndarray:
         """The vector at a time; raises SceneError where it is not finite."""
-        found = self._function(time)
+        return self._found(self._course.value, time, "value") - self._start
+
+    def rate(self, time: float) -> np.ndarray:
+        """Its time derivative, exact; raises SceneError where it is not finite."""
+        return self._found(self._course.rate, time, "velocity")
+
+    def _found(self, function: OfTime, time: float, what: str) -> np.ndarray:
+        try:
+            found = np.asarray(function(time))
+        except FormulaError:
+            found = np.array(np.nan)
         if not np.isfinite(found).all():
-            raise SceneError(f"{self.name}: a motion has no finite value at t = {time:g}")
+            raise SceneError(f"{self.name}: a motion has no finite {what} at t = {time:g}")
         return found
 
 
-def _of_formulas(parts: Sequence[Callable[[float], Any]]) -> Callable[[float], np.ndarray]:
+def _together(parts: Sequence[OfTime]) -> OfTime:
     return lambda time: np.stack(np.broadcast_arrays(*(part(time) for part in parts)), axis=-1)
 
 
-def _function(name: str, given: Any, named: Mapping[str, np.ndarray]) -> Callable[[float], Any]:
+def _component(name: str, given: Any, named: Mapping[str, np.ndarray]) -> _Course:
     if not isinstance(given, str):
         value = arguments.real(name, given, arguments.ANY)
-        return lambda _time: value
+        return _Course(lambda _time: value, lambda _time: 0.0)
     try:
         function = function_of_arrays(given, ("t", *named))
     except FormulaError as error:
         raise SceneError(f"{name} = {given!r}: {error}") from None
-    return lambda time: function(t=np.float64(time), **named)
+    return _Course(
+        lambda time: function(t=np.float64(time), **named), lambda time: rate_of_arrays(given, time, **named)
+    )
 
 
-def _through(table: MotionTable, from_start: bool) -> Callable[[float], np.ndarray]:
-    """A cubic spline through the points of a table, with two continuous derivatives; held beyond its ends, or periodic.
-
-    It goes on for ``NUDGE`` beyond the ends, so that velocities there are those of the table.
-    """
+def _through(table: MotionTable) -> _Course:
+    """A cubic spline through the points of a table, C², periodic or "not a knot"; straight on beyond its ends."""
     from scipy.interpolate import CubicSpline  # slow to import
 
     times, points = np.array(table.times), np.array(table.points)
     spline = CubicSpline(times, points, bc_type="periodic" if table.periodic else "not-a-knot")
-    if not table.periodic:
-        spline.extrapolate = True
-    low, high = (-np.inf, np.inf) if table.periodic else (times[0] - NUDGE, times[-1] + NUDGE)
-    start = spline(0.0) if from_start else 0.0
-    return lambda time: spline(min(max(time, low), high)) - start
+    slope = spline.derivative()
+    low, high = (-np.inf, np.inf) if table.periodic else (times[0], times[-1])
+
+    def within(time: float) -> float:
+        return min(max(time, low), high)
+
+    def value(time: float) -> Any:
+        inside = within(time)
+        return spline(inside) + (time - inside) * slope(inside)
+
+    return _Course(value, lambda time: slope(within(time)))

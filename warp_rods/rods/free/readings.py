@@ -12,6 +12,7 @@ from warp_rods.device import exclusive
 from warp_rods.kernels.free.state import CARRIED_APART, NOT_CARRIED
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.free.arrays import Arrays
+from warp_rods.rods.free.behaviour import Behaviours
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.readings import Reading, Readings
 from warp_rods.rods.tiles import Tiled, is_tiled
@@ -22,6 +23,7 @@ class FreeReadings(Readings):
 
     _arrays: Arrays
     _launches: FreeLaunches
+    _behaviours: Behaviours | None
 
     def _apply_external(self) -> None:
         """Evaluate the external force at the present time."""
@@ -39,7 +41,9 @@ class FreeReadings(Readings):
 
         # Output comes first: an external force is evaluated with the frames as they were after the last step.
         find_output, find_frames = self._find_output, self._launches.find_material_frame
+        events = {} if self._behaviours is None else {"events": of(_no_update, self._behaviours.count_array)}
         return {
+            **events,
             "tension": of(find_output, a.balance.tension),
             "energy_density": of(find_output, output.energy_density),
             "energy": of(find_output, output.energy),

@@ -37,7 +37,7 @@ from warp_rods.rods.free.checks import (
     symmetric_starts,
 )
 from warp_rods.rods.free.ends import End, ends_of, needs_places
-from warp_rods.rods.free.flagella import Flagella
+from warp_rods.rods.free.flagella import Flagella, odd_targets
 from warp_rods.rods.free.holding import Holding, places_of_ends
 from warp_rods.rods.free.launches import FreeLaunches
 from warp_rods.rods.free.natural import Natural
@@ -48,7 +48,8 @@ from warp_rods.rods.outside import Outside
 from warp_rods.rods.pace import PACE, restart_pace
 from warp_rods.rods.per_rod import each_rod, frames, named_numbers, parameter, vectors
 from warp_rods.rods.tiles import Tiled
-from warp_rods.rods.variables import SWIMMER_VARIABLES
+from warp_rods.rods.variables import SWIMMER_VARIABLES, variables_of_behaviours
+from warp_rods.scene.flagella import ODD_TARGET, WITHOUT_BEHAVIOUR
 
 FRAME = ("rotation", "position", "angle")
 MIDPOINT = (*FRAME, "angular_velocity", "velocity", "roll_rate")
@@ -67,6 +68,16 @@ def highest_order(bend: np.ndarray, twist: np.ndarray, planar: np.ndarray) -> np
     Bending and twist are each implicit in their own equation only.
     """
     return np.where((twist > STIFF_IN_TWIST * bend) & ~planar, 3, 4).astype(np.int32)
+
+
+def _check_symmetric(ends: tuple[End, End], behaves: bool, odd: np.ndarray) -> None:
+    """Raises SceneError for rods that would lose the symmetry that is imposed; odd: targets of the flagella [rod]."""
+    if not (ends[0].plain and ends[1].plain):
+        raise SceneError("symmetric = true: the ends must be free and without loads")
+    if behaves:
+        raise SceneError(f"symmetric = true: {WITHOUT_BEHAVIOUR}")
+    if not odd.all():
+        raise SceneError(f"symmetric = true: {ODD_TARGET}")
 
 
 class FreeRods(FreeReadings, Ensemble):
@@ -161,11 +172,9 @@ class FreeRods(FreeReadings, Ensemble):
         if external is not None and not isinstance(external, wp.Function):
             arguments.function("external", external, 3, "a function (t, position, rotation), a wp.func, or None")
         held = ends_of(ends, count, named)
-        if symmetric and not (held[0].plain and held[1].plain):
-            raise SceneError("symmetric = true: the ends must be free and without loads")
         behaviours = behaviours_of(behaviour, count, read)
-        if symmetric and behaviours:
-            raise SceneError("symmetric = true: a behaviour could break the symmetry")
+        if symmetric:
+            _check_symmetric(held, bool(behaviours), odd_targets(read, count))
         random = seed_and_streams(seed, streams, count)
         natural = Natural(natural_bend, natural_twist, count, nodes, named)
         turned = Along("couple", couple, count, nodes, arguments.ANY, in_time=True, named=named)
@@ -173,6 +182,7 @@ class FreeRods(FreeReadings, Ensemble):
         fixed = {"flagella": read, "symmetric": symmetric, "ends": held, "behaviour": behaviours}
         fixed |= {"natural_bend": natural.bending, "natural_twist": natural.twist}
         super().__init__(count, nodes, values, device, **fixed)
+        self.saved = SWIMMER_VARIABLES | variables_of_behaviours(behaviours)
         law, law_parameters = self.flagella.law_index, self.flagella.law_parameters(count)
         with exclusive:
             self._arrays = allocate(self._parameters, nodes, law, law_parameters, self.symmetric, self.device)
@@ -263,8 +273,10 @@ class FreeRods(FreeReadings, Ensemble):
         turn = from_node(strain[..., 0], self._arrays.rods.tracked)
         bishop = (strain[..., 1] + 1j * strain[..., 2]) * np.exp(1j * turn)
         activity = self.flagella.start(np.linspace(-0.5, 0.5, self.nodes), self.count)
-        self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity)
-        """Whether each rod starts with the symmetry (C.49) up to round-off [rod]."""
+        alone = all(end.plain for end in self.ends) and not (self._natural.any or self._turned)
+        kept = odd_targets(self.flagella, self.count) & (alone and not turning(self.behaviour))
+        self.symmetric_start = symmetric_starts(bishop, strain[..., 0], activity) & kept
+        """Whether each rod starts with the symmetry (C.49) up to round-off, and nothing of its own breaks it [rod]."""
         self._passive = self.flagella.law == "held" and not activity.any()
         if self.symmetric:
             check_symmetry(bishop, strain[..., 0], activity)
@@ -353,7 +365,8 @@ class FreeRods(FreeReadings, Ensemble):
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.
 
-        Rods stop at their events: what happens there is not due before a time after it is asked for.
+        No step passes an event of its rod. Those before ``time`` happen, and the rod goes on; a rod that has come to a
+        later one waits there, so that ``events`` counts those before ``time``.
         """
         self._launches.advance_past(time, allowed, time)
         while self._behaviours is not None and self._behaviours.find_next() < time:

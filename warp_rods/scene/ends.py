@@ -37,7 +37,7 @@ SHORTEST = 1e-4
 
 
 class MotionTable(Table):
-    """How an end moves: times, and a vector at each, with a cubic spline between them. A file is read at once."""
+    """How an end moves: times, and a vector at each, with a smooth curve between them. A file is read at once."""
 
     file: str | None = Field(
         default=None, description="the path of a file with columns t, x, y, z (.csv, .tsv, .txt, .dat, .npy), in quotes"

@@ -104,3 +104,25 @@ def test_mistakes_in_tables_are_named(motion, line):
     with pytest.raises(SceneError) as caught:
         wr.Scene(**scene(motion))
     assert line in str(caught.value)
+
+
+def test_a_curve_through_uneven_times_rests_where_its_points_rest():
+    """A spline between such points goes as far as −6.8."""
+    times = [0, 2, 2.1, 2.2, 4]
+    pulse = Motion("m", {"times": times, "points": [[0, 0.1 * (t == 2.1), 0] for t in times]}, {}, True)
+    found = np.array([pulse(t)[1] for t in np.linspace(0, 4, 801)])
+    assert found.min() == 0.0 and found.max() == pytest.approx(0.1, rel=1e-9)
+    assert (found[:401] == 0).all() and (found[441:] == 0).all()
+
+
+PULSE = "0.05*exp(-((t - 0.15)/0.002)**2)"
+
+
+@pytest.mark.parametrize("kind", ["formula", "table"])
+def test_no_step_by_error_passes_over_a_motion_that_comes_after_a_rest(kind):
+    times = np.linspace(0, 0.2, 401)
+    points = np.stack([0 * times, 0.05 * np.exp(-(((times - 0.15) / 0.002) ** 2)), 0 * times], axis=1)
+    motion = [0, PULSE, 0] if kind == "formula" else {"times": times, "points": points}
+    rods = FreeRods(1, 17, **ROD, ends=clamp(motion))
+    rods.advance_to(0.2)
+    assert abs(rods.strain).max() == pytest.approx(0.0883, rel=0.01)  # with 4000 equal steps 0.08839

@@ -15,6 +15,7 @@ from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.free.state import CARRIED_APART
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.along import Along, at_half_nodes, at_nodes, product
+from warp_rods.rods.changes import Changes, Sampled
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.free.arrays import (
     CARRIER,
@@ -193,8 +194,9 @@ class FreeRods(FreeReadings, Ensemble):
             self._holding: Holding | None = None
             if needs_places(*held):
                 self._hold(held)
-            if outside.flows or outside.pushes:
-                self._expose(outside)
+            self._outside = outside if outside.flows or outside.pushes else None
+            if self._outside is not None:
+                self._expose(self._outside)
             self._external: Callable | None = None
             if external is not None:
                 self._use(external)
@@ -349,6 +351,17 @@ class FreeRods(FreeReadings, Ensemble):
         """Whether a natural shape changes in time, or something moves or loads an end."""
         moved = any(end.in_space or end.turning.any() or end.thrust.any() or end.torque.any() for end in self.ends)
         return self._natural.varies or moved
+
+    def _find_changes(self) -> Changes:
+        """Motions of ends, natural shapes, couples, flows and forces that change in time."""
+        motions = [m for end in self.ends for m in (end.motion, end.rotation) if m is not None]
+        formulas: list[Sampled] = [motion.sampled for motion in motions]
+        formulas += [part.sampled for part in self._natural.parts]
+        if self._couple.varies:
+            formulas.append(self._couple.sampled)
+        if self._outside is not None:
+            formulas += self._outside.sampled(lambda: self.position)
+        return Changes(formulas, [m.table for m in motions if m.table is not None])
 
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.

@@ -46,8 +46,10 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
         f"{where}.{key}": ANY if key == "parameters" else LENGTH
         for where in ("surface", "box.surface")
         for key in ("size", "radius", "radii", "length", "major", "minor", "a", "b", "neck", "body", "width",
-                    "amplitude", "box", "spacing", "origin", "parameters")
+                    "box", "spacing", "origin", "parameters")
     },
+    # of the membrane "undulated", the only kind that has it, in φ beside x² + y² + z²
+    **dict.fromkeys(("surface.amplitude", "box.surface.amplitude"), Dimension(2)),
     # filaments
     "filaments.length": LENGTH,
     "filaments.stiffness": STIFFNESS,

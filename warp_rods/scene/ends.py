@@ -32,6 +32,8 @@ Motion = tuple[NumberOrFormula, NumberOrFormula, NumberOrFormula]
 
 
 FEWEST_TIMES, MOST_TIMES = 4, 100_000
+CLOSED = 1e-9
+"""The share of the largest coordinate by which the ends of a periodic table may differ: round-off."""
 SHORTEST = 1e-4
 """Times of a table are farther apart than those by whose difference velocities are found."""
 
@@ -76,7 +78,10 @@ class MotionTable(Table):
         if not (np.diff(times) >= SHORTEST).all() or times[0] > 0:
             words = cls.model_fields["times"].description
             return [fault(("times",), times, f" = {shown(good['times'])}: must be {words}")]
-        if good.get("periodic") and points[0] != points[-1]:
+        if (
+            good.get("periodic")
+            and abs(np.subtract(points[0], points[-1])).max() > CLOSED * abs(np.array(points)).max()
+        ):
             text = f": the first and the last must be equal where periodic = true, and are {points[0]} and {points[-1]}"
             return [fault(("points",), points, text)]
         return []

@@ -80,6 +80,8 @@ def _through(table: MotionTable, from_start: bool) -> Callable[[float], np.ndarr
     It goes on for ``NUDGE`` beyond the ends, so that velocities there are those of the table.
     """
     times, points = np.array(table.times), np.array(table.points)
+    if table.periodic:
+        points[-1] = points[0]
     spline = curve_through(times, points, table.periodic)
     low, high = (-np.inf, np.inf) if table.periodic else (times[0] - NUDGE, times[-1] + NUDGE)
     start = spline(0.0) if from_start else 0.0

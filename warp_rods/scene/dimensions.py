@@ -11,7 +11,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from warp_rods.quantities import FORCE, LENGTH, NONE, TIME, Dimension, QuantityError, is_quantity, parse, words
+from warp_rods.quantities import (
+    FORCE,
+    LENGTH,
+    NONE,
+    TIME,
+    Dimension,
+    QuantityError,
+    is_quantity,
+    may_be_inverse,
+    parse,
+    words,
+)
 from warp_rods.scene.body import BodyTable
 from warp_rods.scene.units import BASE, EXAMPLES, Scale
 from warp_rods.values import plain, shown
@@ -85,10 +96,12 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
     **dict.fromkeys(("swimmers.ends.motion.times", "swimmers.ends.rotation.times"), TIME),
     **dict.fromkeys(("swimmers.shape.bend", "swimmers.shape.bend1", "swimmers.shape.bend2"), INVERSE),
     "swimmers.shape.twist": INVERSE,
+    **dict.fromkeys(("swimmers.shape.amplitude", "swimmers.shape.smoothing", "filaments.shape.smoothing"), NONE),
     "swimmers.placement.position": LENGTH,
     # extensible rods
     "cosserat.stiffness": (STIFFNESS,) * 3 + (FORCE,) * 3,
     "cosserat.natural": (INVERSE,) * 3 + (NONE,) * 3,
+    "cosserat.coupling": NONE,
     "cosserat.rotational_drag": TURNING_DRAG,
     "cosserat.force": PER_LENGTH,
     "cosserat.couple": FORCE,
@@ -115,7 +128,9 @@ def in_scene_units(tables: dict[str, Any]) -> tuple[dict[str, Any], list[UnitFau
             return {key: read(inner, (*loc, key)) for key, inner in value.items()}
         if isinstance(value, tuple):
             return tuple(read(inner, (*loc, i)) for i, inner in enumerate(value))
-        if not is_quantity(value) or (found := _wanted(loc)) is None:
+        if not isinstance(value, str) or (found := _wanted(loc)) is None:
+            return value
+        if not (is_quantity(value) or may_be_inverse(value, found[0])):
             return value
         text, number = _number(value, found[0], scale, broken)
         if text is not None:

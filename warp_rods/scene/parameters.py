@@ -19,7 +19,7 @@ from warp_rods.formula import usable_name
 from warp_rods.scene.per_rod import NumberEach
 from warp_rods.values import Number, shown
 
-__all__ = ["Parameters", "ParametersEach", "known_names", "known_within", "unused", "use"]
+__all__ = ["Parameters", "ParametersEach", "known_names", "known_numbers", "known_within", "unused", "use"]
 
 VARIABLES = ("s", "t")
 """Names that have a meaning in formulas, besides x, y, z and functions."""
@@ -30,6 +30,7 @@ class _Known:
     """The names of the table that is read, and those that have occurred in a formula."""
 
     names: tuple[str, ...] = ()
+    numbers: dict[str, float] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
 
 
@@ -54,7 +55,9 @@ ParametersEach = Annotated[dict[str, NumberEach], AfterValidator(_named)]
 def known_within(table: Any) -> Iterator[None]:
     """Let the parameters of a table be known while it is read."""
     given = table.get("parameters") if isinstance(table, Mapping) else None
-    token = _KNOWN.set(_Known(tuple(given) if isinstance(given, Mapping) else ()))
+    given = given if isinstance(given, Mapping) else {}
+    numbers = {name: value for name, value in given.items() if isinstance(value, (int, float))}
+    token = _KNOWN.set(_Known(tuple(given), numbers))
     try:
         yield
     finally:
@@ -64,6 +67,11 @@ def known_within(table: Any) -> Iterator[None]:
 def known_names() -> tuple[str, ...]:
     """The names of the parameters of the table that is read."""
     return _KNOWN.get().names
+
+
+def known_numbers() -> dict[str, float]:
+    """Those parameters of the table that is read which are one number each."""
+    return _KNOWN.get().numbers
 
 
 def use(names: Any) -> None:

@@ -16,7 +16,7 @@ from warp_rods.kernels.free.state import CARRIED_APART
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.along import Along, at_half_nodes, at_nodes, product
 from warp_rods.rods.changes import Changes, Sampled
-from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
+from warp_rods.rods.ensemble import Ensemble, Failure, Fixed, Parameter
 from warp_rods.rods.free.arrays import (
     CARRIER,
     PAST,
@@ -58,6 +58,12 @@ CONTACT_STATE = {"contact_velocity": "velocity", "contact_lag": "lag"}
 """Name in a state → array of contact; see ``kernels/free/load.py``."""
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which order 4 is less stable than order 3."""
+ALMOST_STRAIGHT = 0.999
+STRAIGHT = (
+    ": its ends are held {:.6g} apart, and it is 1 long; a rod between two held ends cannot be stretched, and one that "
+    "is straight cannot be brought together: begin with a little bend, and stay below its length"
+)
+"""What is said of a rod that fails where its ends are this far apart."""
 FIRST_STEP = 1e-6
 """The first step that a rod tries, in units of ζ∥L/f*."""
 
@@ -501,6 +507,17 @@ class FreeRods(FreeReadings, Ensemble):
         """The time at which each rod was frozen [rod]; meaningless for the others."""
         with exclusive:
             return to_host(self._arrays.failed_at)
+
+    def failures(self) -> list[Failure]:
+        """The frozen rods; of those between two held ends also that they were pulled straight."""
+        found = super().failures()
+        if self._holding is None or not all(end.held for end in self.ends):
+            return found
+        apart = [float(self._holding.apart(failure.time)[failure.rod]) for failure in found]
+        return [
+            failure._replace(what=failure.what + STRAIGHT.format(distance)) if distance > ALMOST_STRAIGHT else failure
+            for failure, distance in zip(found, apart, strict=True)
+        ]
 
     def static(self) -> dict[str, np.ndarray]:
         """What a trajectory saves once: names of ``variables.STATIC``."""

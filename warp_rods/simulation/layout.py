@@ -115,7 +115,7 @@ def lay_out(scene: Scene, device) -> Layout:
 def _own_images(scene: Scene, core: float) -> list[str]:
     """Warnings of rods that reach their own image in the next period, by the largest length that they will have."""
     period = min((side for side in scene.period if side), default=np.inf)
-    reach = {table.name: largest_length(table) + core for table in (*scene.filaments, *scene.swimmers, *scene.cosserat)}
+    reach = {table.name: largest_length(table) + core for kind in BUILDERS for table in getattr(scene, kind)}
     return [
         f"{name}: a rod that lies along a period of the box, {period:.4g}, reaches its own image, as it is "
         f"{length:.4g} long with its core: make the box longer"

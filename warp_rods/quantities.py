@@ -12,7 +12,18 @@ from typing import Any, NamedTuple
 
 from warp_rods.documented import Documented
 
-__all__ = ["LENGTH", "NONE", "Dimension", "Quantity", "QuantityError", "is_quantity", "parse", "si_words", "words"]
+__all__ = [
+    "LENGTH",
+    "NONE",
+    "Dimension",
+    "Quantity",
+    "QuantityError",
+    "is_quantity",
+    "may_be_inverse",
+    "parse",
+    "si_words",
+    "words",
+]
 
 BASE = {
     "m": ("m", 0), "cm": ("m", -2), "mm": ("m", -3), "um": ("m", -6), "µm": ("m", -6), "μm": ("m", -6),
@@ -23,8 +34,14 @@ NUMBER = r"([-+]?(?:[0-9]{1,30}\.?[0-9]{0,30}|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,
 UNIT = r"[^\W\d_]{1,30}(?:(?:\^|\*\*)-?[0-9])?"
 QUANTITY = re.compile(rf"\s*{NUMBER}\s*({UNIT}(?:\s*[ */·]\s*{UNIT}){{0,7}})\s*")
 """A number, and units with powers between which are spaces, * or /. No formula has a letter after a number."""
+INVERSE = re.compile(rf"\s*{NUMBER}(?:\s+1)?\s*/\s*({UNIT}(?:\s*[ */·]\s*{UNIT}){{0,7}})\s*")
+"""A number over units, such as "0.5/um" or "0.5 1/um"; it may be a formula, too."""
 NOT_UNITS = {"point", "points"}
 """What follows a number in texts that are no quantities."""
+
+
+VARIABLES = {"s", "t"}
+"""Units that are variables of formulas, too."""
 
 
 class QuantityError(ValueError, metaclass=Documented):
@@ -62,13 +79,28 @@ def is_quantity(text: Any) -> bool:
     return found is not None and found[2] not in NOT_UNITS
 
 
+def may_be_inverse(text: Any, wanted: Dimension | None) -> bool:
+    """Whether a text such as "0.5/um" is a quantity of a dimension, rather than a formula; None: of any."""
+    found = INVERSE.fullmatch(text) if isinstance(text, str) else None
+    if found is None:
+        return False
+    try:
+        dimension = parse(text).dimension
+    except QuantityError:
+        return False
+    return found[2] not in VARIABLES if wanted is None else dimension == wanted
+
+
 @functools.lru_cache(maxsize=512)
 def parse(text: str) -> Quantity:
     """The quantity in a text; raises QuantityError for an unknown unit, and for one that is not of mechanics."""
-    found = QUANTITY.fullmatch(text)
+    found = QUANTITY.fullmatch(text) or INVERSE.fullmatch(text)
     if found is None:
         raise QuantityError('it is not a number and a unit, such as "500 nm"')
     number, unit = Fraction(found[1]), found[2]
+    if found.re is INVERSE:
+        factor, dimension = _by_pint(f"1/{unit}")
+        return Quantity(number * factor, dimension)
     if unit in BASE:
         root, power = BASE[unit]
         return Quantity(number * Fraction(10) ** power, OF_BASE[root])

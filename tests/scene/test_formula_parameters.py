@@ -101,3 +101,12 @@ def test_filaments_have_them():
     filament |= {"intrinsic": ["k*s", 0, 0], "parameters": {"k": 2.0}}
     made = wr.Scene(surface={"kind": "sphere", "radius": 1}, filaments=[filament], time={"end": 1})
     assert wr.Scene.parse(made.to_toml()) == made
+
+
+def test_a_number_of_a_flow_or_force_may_be_an_exponent():
+    flow = {"kind": "formula", "velocity": ["y**a", 0, 0], "parameters": {"a": 2.0}}
+    assert Outside(flow, None, None, 1).flow.formulas[0] == "y ** 2.0"
+    with pytest.raises(SceneError, match="b is not known here"):
+        Outside(flow | {"velocity": ["y**b", 0, 0]}, None, None, 1)
+    with pytest.raises(SceneError, match="parameters"):
+        Outside(flow | {"velocity": ["y**2", 0, 0]}, None, None, 1)

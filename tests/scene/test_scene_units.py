@@ -14,7 +14,7 @@ from warp_rods.quantities import Dimension, QuantityError, is_quantity, parse
 from warp_rods.scene import box, cosserat, ends, filaments, flagella, outside, shapes, swimmers, tables
 from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.body import drag_of_rod
-from warp_rods.scene.dimensions import DIMENSIONS
+from warp_rods.scene.dimensions import DIMENSIONS, in_scene_units
 from warp_rods.scene.units import Scale
 from warp_rods.theory import stability
 
@@ -254,6 +254,8 @@ WITHOUT = {
     "reverse",
     "tolerance",
     "usd",
+    "poster",
+    "film",
     "variables",
     "frames_per_file",
     "fraction",
@@ -318,3 +320,29 @@ def test_shipped_scenes_have_no_quantity_that_is_left():
     made.pop("units")
     made["swimmers"][0].pop("body")
     assert not [value for value in str(made).split("'") if is_quantity(value) and value != made["title"]]
+
+
+@pytest.mark.parametrize("text", ["0.5 1/um", "0.5/um", "0.5 /um", "0.5 um^-1"])
+def test_inverse_units_are_read_however_they_are_written(text):
+    assert parse(text) == parse("5e5 m^-1")
+
+
+def test_a_formula_over_the_arc_length_is_no_quantity():
+    units = {"length": "1 um", "time": "1 s"}
+    cell = {"natural_bend": "0.5/s", "natural_twist": "0.5/um", "behaviour": {"tumble": {"rate": "30 /min"}}}
+    tables, faults = in_scene_units({"units": units, "swimmers": (cell,)})
+    assert not faults and tables["swimmers"][0]["natural_bend"] == "0.5/s"
+    assert tables["swimmers"][0]["natural_twist"] == 0.5
+    assert tables["swimmers"][0]["behaviour"]["tumble"]["rate"] == 0.5
+
+
+def test_the_amplitude_of_an_undulated_membrane_is_an_area():
+    given = {"units": {"length": "1 um"}, "surface": {"kind": "undulated", "amplitude": "0.2 um^2"}}
+    assert in_scene_units(given)[0]["surface"]["amplitude"] == pytest.approx(0.2)
+    given["surface"]["amplitude"] = "200 nm"
+    assert "is a length, in m; must be in m^2" in in_scene_units(given)[1][0][1]
+
+
+def test_keys_that_take_no_unit_say_so():
+    given = {"units": {"length": "1 um"}, "swimmers": ({"shape": {"amplitude": "2 um"}},)}
+    assert "is a length, in m; must be a number" in in_scene_units(given)[1][0][1]

@@ -5,14 +5,17 @@ from __future__ import annotations
 import csv
 import math
 import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from warp_rods.centrelines.track import Track, TrackError, chosen_frame, listed, metres_of
+from warp_rods.quantities import QuantityError, parse
 
 __all__ = ["read_array", "read_motion", "read_table"]
 
+AXES = ("t", "time", "x", "y", "z")
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 FRAMES = ("frame", "time", "t")
 """Words in the header of a column that says to which frame a point belongs."""
@@ -66,22 +69,47 @@ def read_motion(path: Path) -> dict[str, np.ndarray]:
     return {"times": values[:, 0].astype(float), "points": points}
 
 
-def _array(path: Path) -> np.ndarray:
-    """What a file of NumPy has; raises TrackError where it is no such file."""
-    try:
-        return np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as fault:
-        raise TrackError(f"is no array of numbers: {fault}") from None
-
-
 def _columns_of_motion(header: list[str]) -> list[int]:
     """The columns of t, x, y and perhaps z."""
-    words = [set(_tokens(name)) for name in header]
-    named = [{"t", "time"}, {"x"}, {"y"}, {"z"}]
-    found = [next((i for i, own in enumerate(words) if own & names), None) for names in named]
-    if None in found[:3]:
-        raise TrackError(f"must have columns named t, x, y and perhaps z; has {', '.join(header)}")
-    return [i for i in found if i is not None]
+    found = []
+    for names in (("t", "time"), ("x",), ("y",), ("z",)):
+        named = [i for i, name in enumerate(header) if name in names]
+        named = named or [i for i, name in enumerate(header) if set(_tokens(name)) & set(names)]
+        if len(named) > 1 or (not named and names != ("z",)):
+            what = "two columns" if named else "no column"
+            raise TrackError(
+                f"has {what} for {names[0]}: its header is {listed(header)}; name the columns t, x, y and z"
+            )
+        found += named
+    for i in found:
+        if unit := next((word for word in _tokens(header[i]) if word not in AXES and _is_unit(word)), None):
+            raise TrackError(
+                f"has the unit {unit} in the header of the column {header[i]}: numbers of a motion are in units of the "
+                f"scene; convert them, and name the columns t, x, y and z"
+            )
+    return found
+
+
+def _is_unit(word: str) -> bool:
+    """Whether a word is a unit by which numbers would have to be converted."""
+    try:
+        value, dimension = parse(f"1 {word}")
+    except QuantityError:
+        return False
+    return value != 1 or any(dimension)
+
+
+def _array(path: Path) -> np.ndarray:
+    """The numbers of a file .npy; raises TrackError for any other content."""
+    try:
+        values = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError, zipfile.BadZipFile) as fault:
+        raise TrackError(f"is no array of numbers: {fault}") from None
+    if not isinstance(values, np.ndarray):
+        raise TrackError("has several arrays: save one with numpy.save")
+    if values.dtype.kind not in "iuf":
+        raise TrackError(f"must have real numbers; has the type {values.dtype}")
+    return values
 
 
 def _rows(text: str) -> list[list[str]]:
@@ -92,7 +120,15 @@ def _rows(text: str) -> list[list[str]]:
     delimiter = next((mark for mark in ";\t," if mark in lines[0]), None)
     if delimiter is None:
         return [line.split() for line in lines]
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    try:
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    except csv.Error as fault:
+        raise TrackError(f"cannot be read as a table: {fault}") from None
+    for i, row in enumerate(rows):
+        if extra := [cell for cell in row[len(rows[0]) :] if cell]:
+            raise TrackError(
+                f"row {i + 1} has {len(row)} cells, {extra[0]!r} among them, and the first has {len(rows[0])}"
+            )
     if delimiter == ";":  # a comma is then the decimal point
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     return rows
@@ -145,8 +181,8 @@ def _columns(header: list[str], count: int) -> tuple[list[int], float | None]:
 def read_array(path: Path, frame: int | None = None) -> Track:
     """An array [point, 2 or 3], or [frame, point, 2 or 3] of which ``frame`` chooses one."""
     values = _array(path)
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf" or values.ndim not in (2, 3):
-        shape = getattr(values, "shape", "several arrays")
+    if values.ndim not in (2, 3):
+        shape = values.shape
         raise TrackError(f"must be an array of numbers [point, 2 or 3] or [frame, point, 2 or 3]; has {shape}")
     if values.ndim == 2:
         if frame is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from warp_rods.formula import FormulaError
 from warp_rods.membranes.level_set import Fault
 from warp_rods.values import key_path
 
-__all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "rates_at", "values_at"]
+__all__ = ["NOT_NUMBERS", "MotionError", "is_moving", "rates_at", "sampled", "values_at"]
 
 NOT_NUMBERS = ("kind", "phi", "file", "axes")
 """Keys of a [surface] whose text is not a formula in t."""
@@ -46,6 +46,21 @@ def rates_at(values: Mapping[str, Any], time: float) -> dict[str, Any]:
     return {
         key: value if key in NOT_NUMBERS else _at((key,), value, time, rate, _zero) for key, value in values.items()
     }
+
+
+def sampled(values: Mapping[str, Any], times: np.ndarray) -> Iterator[np.ndarray]:
+    """Values [time] of each formula in t."""
+    for key, value in values.items():
+        for text in () if key in NOT_NUMBERS else _texts(value):
+            yield formula.function_of_arrays(text, ("t",))(t=times)
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (Mapping, tuple)):
+        for inner in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts(inner)
 
 
 def _has_text(value: Any) -> bool:

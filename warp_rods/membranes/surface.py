@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import numpy as np
@@ -57,6 +57,10 @@ class Surface(metaclass=Documented):
         form = "closed" if self.closed else "open"
         box = " × ".join(f"[{low:.4g}, {high:.4g}]" for low, high in zip(*self.box, strict=True))
         return f"<Surface {self.kind} ({values}): {form}{', moving' if self.moving else ''}, in the box {box}>"
+
+    def sampled(self, times: np.ndarray) -> Iterator[np.ndarray]:
+        """Values [time] of the formulas in t of a surface that moves."""
+        return motion.sampled(self.values, times)
 
     def parameters_at(self, time: float) -> np.ndarray:
         """The parameters of the field [8] at this time; raises SceneError where a formula has no value."""

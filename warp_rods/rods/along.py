@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,10 @@ import numpy as np
 from warp_rods import arguments
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arrays
+from warp_rods.rods.changes import numbers_of_rods
 
+PLACES = 5
+"""Places along a rod at which formulas in s and t are sampled."""
 ALLOWED = "a number, one for each rod, values [rod, node], a formula in s, or one for each rod"
 
 
@@ -61,6 +64,14 @@ class Along:
         if not np.isfinite(found).all():
             raise SceneError(f"{self.name}: a formula has no finite value at t = {time:g}")
         return found
+
+    def sampled(self, times: np.ndarray) -> Iterator[np.ndarray]:
+        """Values [time, place] of its formulas that change in time, at a few places along the rod, for each rod."""
+        s = np.linspace(-0.5, 0.5, PLACES)
+        for formula in self._formulas:
+            if "t" in formula.names:  # type: ignore[attr-defined]
+                for numbers in numbers_of_rods(self._named):
+                    yield np.broadcast_to(formula(s=s, t=times[:, None], **numbers), (len(times), PLACES))
 
     def _row(self, rod: int, s: np.ndarray, time: float) -> np.ndarray:
         """Values [node] of the formula of one rod."""

@@ -21,6 +21,7 @@ from warp_rods.device import exclusive
 from warp_rods.errors import SceneError
 from warp_rods.kernels.layout import to_host
 from warp_rods.notebook import html_table
+from warp_rods.rods.changes import Changes
 from warp_rods.rods.clock import Clock
 from warp_rods.rods.control import TOLERANCE
 from warp_rods.rods.per_rod import check_step, vectors
@@ -387,7 +388,20 @@ class Ensemble(Readings):
 
     def step_to_event(self, step: float) -> float:
         """A step from the time reached, ended where something happens to a rod that its error might not show."""
-        return step
+        return self._changes.longest_step(self.reached, step)
+
+    def foresee(self, start: float, end: float) -> None:
+        """Look at what formulas in t do from a time to another, so that no step by error passes over it."""
+        if not self._changes.within(start, end):
+            self._changes.foresee(start, end)
+
+    @functools.cached_property
+    def _changes(self) -> Changes:
+        return self._find_changes()
+
+    def _find_changes(self) -> Changes:
+        """What changes in time."""
+        return Changes([])
 
     def next_event(self) -> float:
         """The time of the next event of a rod, beyond which no step goes; an event at the time reached happens."""

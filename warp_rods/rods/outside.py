@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,14 @@ import warp as wp
 
 from warp_rods import arguments
 from warp_rods.errors import SceneError
-from warp_rods.formula import FormulaError
+from warp_rods.formula import FormulaError, function_of_arrays
 from warp_rods.kernels import outside as kernels
 from warp_rods.kernels.layout import constant_zero, per_node
+from warp_rods.rods.changes import Sampled, chosen
 from warp_rods.rods.per_rod import parameter
 from warp_rods.scene.checks import read_table
 from warp_rods.scene.flows import FlowTable, Profile
-from warp_rods.scene.outside import ForceTable
+from warp_rods.scene.outside import VARIABLES, ForceTable
 
 __all__ = ["Outside"]
 
@@ -62,6 +63,30 @@ class Outside:
     def turns(self) -> bool:
         """Whether there may be a couple per length."""
         return bool(self._tables)
+
+    def sampled(self, position: Callable[[], np.ndarray]) -> list[Sampled]:
+        """A function of times [time] → values [time, place] of formulas in t, if there are any.
+
+        position: where the rods are [rod, node, 3], at a few places of which the formulas are taken.
+        """
+        flow = self._profile if isinstance(self._profile, tuple) else ()
+        texts = [text for text in (*flow, *(t for table in self._tables for t in table.texts)) if isinstance(text, str)]
+        functions = [function_of_arrays(text, VARIABLES) for text in texts]
+        functions = [f for f in functions if "t" in f.names]  # type: ignore[attr-defined]
+        if not functions:
+            return []
+        at_start = position()
+        places = at_start[chosen(len(at_start))][:, [0, at_start.shape[1] // 2, -1]]
+        s = np.array([-0.5, 0.0, 0.5])
+
+        def values(times: np.ndarray) -> Iterator[np.ndarray]:
+            for function in functions:
+                for place in places:
+                    at = dict(zip("xyz", place.T, strict=True))
+                    found = function(t=times[:, None], s=s, **at)
+                    yield np.broadcast_to(found, (len(times), len(s)))
+
+        return [values]
 
     def without_flow(self) -> Outside:
         """The same without a flow."""

@@ -15,7 +15,7 @@ from pydantic import ConfigDict
 
 from warp_rods.scene.checks import Faults, Table, fault
 from warp_rods.scene.per_rod import OR_EACH
-from warp_rods.values import nearest, shown
+from warp_rods.values import LARGEST, SMALLEST, nearest, shown
 
 __all__ = ["BEHAVIOURS", "MOST_EVENTS", "Behaviour", "BehaviourTable"]
 
@@ -24,8 +24,8 @@ MOST_EVENTS = 1e4
 
 
 ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "rate": (f"a positive number, at most {MOST_EVENTS:g}", lambda value: 0 < value <= MOST_EVENTS),
-    "duration": (f"a number, at least {1 / MOST_EVENTS:g}", lambda value: 1 / MOST_EVENTS <= value < math.inf),
+    "rate": (f"a positive number, at most {MOST_EVENTS:g}", lambda value: SMALLEST <= value <= MOST_EVENTS),
+    "duration": (f"a number, at least {1 / MOST_EVENTS:g}", lambda value: 1 / MOST_EVENTS <= value <= LARGEST),
     "angle": ("a number from 0 to pi: radians", lambda value: 0 <= value <= math.pi),
 }
 """Kinds of parameters: what is allowed, in words, and whether a value is."""

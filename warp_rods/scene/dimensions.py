@@ -12,7 +12,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from warp_rods.quantities import FORCE, LENGTH, NONE, TIME, Dimension, QuantityError, is_quantity, parse, words
+from warp_rods.quantities import (
+    FORCE,
+    LENGTH,
+    NONE,
+    TIME,
+    Dimension,
+    QuantityError,
+    is_quantity,
+    may_be_inverse,
+    parse,
+    words,
+)
 from warp_rods.scene.body import BodyTable
 from warp_rods.scene.units import BASE, EXAMPLES, Scale
 from warp_rods.values import plain, shown
@@ -47,9 +58,11 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
         f"{where}.{key}": ANY if key == "parameters" else LENGTH
         for where in ("surface", "box.surface")
         for key in ("size", "radius", "radii", "length", "major", "minor", "a", "b", "neck", "body", "width",
-                    "amplitude", "box", "spacing", "origin", "parameters")
+                    "box", "spacing", "origin", "parameters")
     },
     **dict.fromkeys(("surface.wavenumber", "box.surface.wavenumber"), INVERSE),
+    # of the membrane "undulated", the only kind that has it, in φ beside x² + y² + z²
+    **dict.fromkeys(("surface.amplitude", "box.surface.amplitude"), Dimension(2)),
     # filaments
     "filaments.length": LENGTH,
     "filaments.stiffness": STIFFNESS,
@@ -86,10 +99,12 @@ DIMENSIONS: dict[str, Dimension | tuple[Dimension, ...] | None] = {
     **dict.fromkeys(("swimmers.ends.motion.times", "swimmers.ends.rotation.times"), TIME),
     **dict.fromkeys(("swimmers.shape.bend", "swimmers.shape.bend1", "swimmers.shape.bend2"), INVERSE),
     "swimmers.shape.twist": INVERSE,
+    **dict.fromkeys(("swimmers.shape.amplitude", "swimmers.shape.smoothing", "filaments.shape.smoothing"), NONE),
     "swimmers.placement.position": LENGTH,
     # extensible rods
     "cosserat.stiffness": (STIFFNESS,) * 3 + (FORCE,) * 3,
     "cosserat.natural": (INVERSE,) * 3 + (NONE,) * 3,
+    "cosserat.coupling": NONE,
     "cosserat.rotational_drag": TURNING_DRAG,
     "cosserat.force": PER_LENGTH,
     "cosserat.couple": FORCE,
@@ -121,7 +136,9 @@ def in_scene_units(tables: dict[str, Any]) -> tuple[dict[str, Any], list[UnitFau
             return {key: read(inner, (*loc, key)) for key, inner in value.items()}
         if isinstance(value, tuple):
             return tuple(read(inner, (*loc, i)) for i, inner in enumerate(value))
-        if not is_quantity(value) or (found := _wanted(loc)) is None:
+        if not isinstance(value, str) or (found := _wanted(loc)) is None:
+            return value
+        if not (is_quantity(value) or may_be_inverse(value, found[0])):
             return value
         text, number = _number(value, found[0], scale, broken)
         if _path(loc) in TURNS and number is not None and FREQUENCY.search(value):

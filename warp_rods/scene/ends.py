@@ -32,10 +32,12 @@ Motion = tuple[NumberOrFormula, NumberOrFormula, NumberOrFormula]
 
 
 FEWEST_TIMES, MOST_TIMES = 4, 100_000
+CLOSED = 1e-9
+"""The share of the largest coordinate by which the ends of a periodic table may differ: round-off."""
 
 
 class MotionTable(Table):
-    """How an end moves: times, and a vector at each, with a cubic spline between them. A file is read at once."""
+    """How an end moves: times, and a vector at each, with a smooth curve between them. A file is read at once."""
 
     file: str | None = Field(
         default=None, description="the path of a file with columns t, x, y, z (.csv, .tsv, .txt, .dat, .npy), in quotes"
@@ -74,7 +76,10 @@ class MotionTable(Table):
         if not (np.diff(times) > 0).all() or times[0] > 0:
             words = cls.model_fields["times"].description
             return [fault(("times",), times, f" = {shown(good['times'])}: must be {words}")]
-        if good.get("periodic") and points[0] != points[-1]:
+        if (
+            good.get("periodic")
+            and abs(np.subtract(points[0], points[-1])).max() > CLOSED * abs(np.array(points)).max()
+        ):
             text = f": the first and the last must be equal where periodic = true, and are {points[0]} and {points[-1]}"
             return [fault(("points",), points, text)]
         return []

@@ -6,6 +6,7 @@ second degree in the place, or three formulas in x, y, z and t.
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,9 +14,9 @@ from typing import Any
 import numpy as np
 from pydantic import ConfigDict, Field
 
-from warp_rods.formula import FormulaError, function_of_arrays, with_numbers
+from warp_rods.formula import FormulaError, function_of_arrays, syntax_tree, with_numbers
 from warp_rods.scene.checks import Faults, Table, fault
-from warp_rods.scene.parameters import Parameters, known_names, use
+from warp_rods.scene.parameters import Parameters, known_names, known_numbers, use
 from warp_rods.values import Positive, must_be, nearest, number, numbers, shown
 
 __all__ = ["FLOWS", "FlowKey", "FlowKind", "FlowTable", "Profile", "formula_fault"]
@@ -59,11 +60,23 @@ def _three_formulas(value: Any) -> Any:
     return value
 
 
+def _names_in(text: str, variables: tuple[str, ...]) -> set[str]:
+    """The names in a formula; raises FormulaError. Its parameters are numbers, so that they may be exponents."""
+    try:
+        return set(function_of_arrays(text, (*variables, *known_names())).names)  # type: ignore[attr-defined]
+    except FormulaError:
+        numbers = known_numbers()
+        function_of_arrays(with_numbers(text, numbers), (*variables, *known_names()))
+        return set(numbers) & {
+            node.id for node in ast.walk(syntax_tree(text.strip(), "")) if isinstance(node, ast.Name)
+        }
+
+
 def formula_fault(value: Any, names: tuple[str, ...]) -> str:
     """What is wrong with a number or a formula in these variables and in parameters; empty where nothing is."""
     try:
         if isinstance(value, str):
-            use(function_of_arrays(value, (*names, *known_names())).names)  # type: ignore[attr-defined]
+            use(_names_in(value, names))
         else:
             number(value)
     except FormulaError as error:

@@ -19,7 +19,7 @@ from warp_rods.formula import usable_name
 from warp_rods.scene.per_rod import NumberEach
 from warp_rods.values import Number, shown
 
-__all__ = ["Parameters", "ParametersEach", "known_names", "known_within", "names_of", "unused", "use"]
+__all__ = ["Parameters", "ParametersEach", "known_names", "known_numbers", "known_within", "names_of", "unused", "use"]
 
 VARIABLES = ("s", "t")
 """Names that have a meaning in formulas, besides x, y, z and functions."""
@@ -30,6 +30,7 @@ class _Known:
     """The names of the table that is read, and those that have occurred in a formula."""
 
     names: tuple[str, ...] = ()
+    numbers: dict[str, float] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
 
 
@@ -53,7 +54,10 @@ ParametersEach = Annotated[dict[str, NumberEach], AfterValidator(_named)]
 @contextmanager
 def known_within(table: Any) -> Iterator[None]:
     """Let the parameters of a table be known while it is read."""
-    token = _KNOWN.set(_Known(names_of(table)))
+    names = names_of(table)
+    given = table["parameters"] if names else {}
+    numbers = {name: value for name, value in given.items() if isinstance(value, (int, float))}
+    token = _KNOWN.set(_Known(names, numbers))
     try:
         yield
     finally:
@@ -69,6 +73,11 @@ def names_of(table: Any) -> tuple[str, ...]:
 def known_names() -> tuple[str, ...]:
     """The names of the parameters of the table that is read."""
     return _KNOWN.get().names
+
+
+def known_numbers() -> dict[str, float]:
+    """Those parameters of the table that is read which are one number each."""
+    return _KNOWN.get().numbers
 
 
 def use(names: Any) -> None:

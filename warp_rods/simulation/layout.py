@@ -16,7 +16,7 @@ from warp_rods.membranes.surface import Surface
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.estimates import check_memory
-from warp_rods.simulation.resolution import Resolution
+from warp_rods.simulation.resolution import Resolution, largest_length
 from warp_rods.simulation.start_arrays import Arrays, Given, largest_bending
 from warp_rods.simulation.starts import read_start
 from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
@@ -119,7 +119,20 @@ def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
         layout.warnings += _beyond_walls(layout)
     if scene.steric and scene.steric.strength > 0:
         layout.warnings += _steric_warnings(layout, scene.steric)
+        layout.warnings += _own_images(scene, scene.steric.core)
     return layout
+
+
+def _own_images(scene: Scene, core: float) -> list[str]:
+    """Warnings of rods that reach their own image in the next period, by the largest length that they will have."""
+    period = min((side for side in scene.period if side), default=np.inf)
+    reach = {table.name: largest_length(table) + core for kind in BUILDERS for table in getattr(scene, kind)}
+    return [
+        f"{name}: a rod that lies along a period of the box, {period:.4g}, reaches its own image, as it is "
+        f"{length:.4g} long with its core: make the box longer"
+        for name, length in reach.items()
+        if length > period
+    ]
 
 
 def _beyond_walls(layout: Layout) -> list[str]:

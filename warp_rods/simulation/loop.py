@@ -71,6 +71,8 @@ class Simulation(metaclass=Documented):
         self.together = Together(list(self.ensembles.values()), self._surroundings)
         if self._driven:  # what changes in time must not pass unseen
             self.together.longest = scene.time.save_every
+            for ensemble in self.ensembles.values():
+                ensemble.foresee(0.0, scene.time.end)
         self.warnings = laid_out.warnings
         self.step_size = scene.time.save_every if scene.time.step is None else scene.time.step
         """Δt, or the time between frames where steps are chosen by their error."""

@@ -26,6 +26,19 @@ def lines_of_units(scene: Scene) -> list[str]:
     return [
         f"one unit is: {', '.join(parts)}",
         *(_line(table, scene.units.scale) for table in scene.swimmers if table.body),
+        *_without_body(scene),
+    ]
+
+
+def _without_body(scene: Scene) -> list[str]:
+    """Lines on swimmers without a body beside those with one, whose drags do not follow from any."""
+    if not any(table.body for table in scene.swimmers):
+        return []
+    return [
+        f"{table.name}: has no body: its drag_ratio, {table.drag_ratio}, and rotational_drag, {table.rotational_drag}, "
+        f"are as given or as usual, not those of the bodies"
+        for table in scene.swimmers
+        if not table.body
     ]
 
 

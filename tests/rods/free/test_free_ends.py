@@ -243,3 +243,12 @@ def test_a_travelling_natural_bend_swims(verified):
 def test_mistakes_are_named(wrong, named):
     with pytest.raises(SceneError, match=named):
         FreeRods(2, 17, **{"bend": 1e-2, "twist": 1e-2, **wrong})
+
+
+def test_a_rod_pulled_straight_between_two_hinges_is_told():
+    rods = FreeRods(
+        1, 17, bend=1e-2, twist=1e-2, flagella=None, shape={"kind": "straight"},
+        ends=("hinged", {"kind": "hinged", "motion": ["0.2*t", 0, 0]}),
+    )  # fmt: skip
+    rods.advance_to(1.0)
+    assert "cannot be stretched" in rods.failures()[0].what

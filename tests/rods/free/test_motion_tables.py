@@ -1,12 +1,22 @@
 """Ends of free rods that move along a table of times and points."""
 
+import re
+
 import numpy as np
 import pytest
 
 import warp_rods as wr
+from warp_rods.centrelines.table import read_array, read_motion, read_table
+from warp_rods.centrelines.track import TrackError
 from warp_rods.errors import SceneError
 from warp_rods.rods.free.motion import Motion
 from warp_rods.rods.free.rods import FreeRods
+
+
+def read_table_or_array(path):
+    """As centre lines are read."""
+    return read_array(path) if path.suffix == ".npy" else read_table(path)
+
 
 FORMULAS = ["0.1*sin(2*t)", 0, "0.2*t"]
 ROD = {"bend": 1e-2, "twist": 1e-2, "flagella": None, "shape": {"kind": "straight"}}
@@ -146,3 +156,63 @@ def test_an_empty_file_is_no_array(tmp_path):
     (tmp_path / "track.npy").write_bytes(b"")
     with pytest.raises(SceneError, match=r"track\.npy is no array of numbers"):
         wr.Scene(**scene({"file": str(tmp_path / "track.npy")}))
+
+
+def test_columns_of_a_motion_are_those_with_exact_names(tmp_path):
+    (tmp_path / "track.csv").write_text("t,v_x,v_y,v_z,x,y,z\n0,9,9,9,0,0,0\n1,9,9,9,1,2,3\n")
+    np.testing.assert_array_equal(read_motion(tmp_path / "track.csv")["points"][1], [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(("name", "content", "words"), [
+    ("a.csv", "t,v_x,v_y,x_0,y\n0,1,2,3,4\n", "two columns for x"),
+    ("a.csv", "t (ms),x (um),y,z\n0,1,2,3\n", "the unit ms in the header of the column t (ms)"),
+    ("a.csv", "t,x,y,z\n0,0,0,0\n1,0,5,2,5\n", "row 3 has 5 cells"),
+    ("a.csv", f't,x,y,z\n0,0,0,"{"1" * 140_000}"\n', "cannot be read as a table"),
+    ("a.npy", b"PK\x03\x04garbage", "is no array of numbers"),
+    ("a.npy", "npz", "has several arrays"),
+    ("a.npy", np.zeros((5, 4), complex), "has the type complex128"),
+])  # fmt: skip
+@pytest.mark.parametrize("read", [read_motion, read_table_or_array])
+def test_damaged_files_of_motions_are_told(tmp_path, name, content, words, read):
+    path = tmp_path / name
+    if isinstance(content, np.ndarray):
+        np.save(path, content)
+    elif content == "npz":
+        np.savez(tmp_path / "a.npz", a=np.zeros(3))
+        (tmp_path / "a.npz").rename(path)
+    else:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    if read is read_table_or_array and ("unit" in words or "two columns" in words):
+        pytest.skip("centre lines have units")
+    with pytest.raises(TrackError, match=re.escape(words)):
+        read(path)
+
+
+def test_a_periodic_table_closes_up_to_round_off():
+    times = np.linspace(0, 2, 41)
+    wave = np.stack([np.sin(np.pi * times), np.cos(np.pi * times), 0 * times], axis=1)
+    assert wave[0, 0] != wave[-1, 0]
+    motion = Motion("m", {"times": times, "points": wave, "periodic": True}, {}, True)
+    np.testing.assert_allclose(motion(2.5), [1.0, -1.0, 0.0], atol=1e-4)
+
+
+def test_a_curve_through_uneven_times_rests_where_its_points_rest():
+    """A spline between such points goes as far as −6.8."""
+    times = [0, 2, 2.1, 2.2, 4]
+    pulse = Motion("m", {"times": times, "points": [[0, 0.1 * (t == 2.1), 0] for t in times]}, {}, True)
+    found = np.array([pulse(t)[1] for t in np.linspace(0, 4, 801)])
+    assert found.min() == 0.0 and found.max() == pytest.approx(0.1, rel=1e-9)
+    assert (found[:401] == 0).all() and (found[441:] == 0).all()
+
+
+PULSE = "0.05*exp(-((t - 0.15)/0.002)**2)"
+
+
+@pytest.mark.parametrize("kind", ["formula", "table"])
+def test_no_step_by_error_passes_over_a_motion_that_comes_after_a_rest(kind):
+    times = np.linspace(0, 0.2, 401)
+    points = np.stack([0 * times, 0.05 * np.exp(-(((times - 0.15) / 0.002) ** 2)), 0 * times], axis=1)
+    motion = [0, PULSE, 0] if kind == "formula" else {"times": times, "points": points}
+    rods = FreeRods(1, 17, **ROD, ends=clamp(motion))
+    rods.advance_to(0.2)
+    assert abs(rods.strain).max() == pytest.approx(0.0883, rel=0.01)  # with 4000 equal steps 0.08839

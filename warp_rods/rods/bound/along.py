@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -58,6 +58,11 @@ class Components:
             found[rods, :, k] = row = part.at(time)[0]
             arguments.check(f"{part.name} at t = {time:g}", row, self._rules[k])
         return found if nodes == found.shape[1] else np.repeat(found[:, :1], nodes, axis=1)
+
+    def sampled(self, times: np.ndarray) -> Iterator[np.ndarray]:
+        """Values [time, place] of its formulas, at a few places along the rod."""
+        for part, *_ in self._parts:
+            yield from part.sampled(times)
 
     def rates(self, time: float, nodes: int) -> np.ndarray:
         """Time derivatives [rod, node, 3] at a time, exact; raises SceneError where a formula has none."""

@@ -25,6 +25,7 @@ from warp_rods.rods.bound.checks import (
 from warp_rods.rods.bound.launches import BoundLaunches
 from warp_rods.rods.bound.readings import STATIC_ALONG, BoundReadings
 from warp_rods.rods.bound.refinement import refined_state
+from warp_rods.rods.changes import Changes, Sampled
 from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
 from warp_rods.rods.modes import beam_root
 from warp_rods.rods.outside import Outside
@@ -183,6 +184,7 @@ class BoundRods(BoundReadings, Ensemble):
 
     def step_to_event(self, step: float) -> float:
         """A step from the time reached, ended at the next knot of a length against time."""
+        step = super().step_to_event(step)
         left = self.growth[0] - self.reached
         ahead = left[(left > NEXT_KNOT * step) & (left < step)]
         return float(ahead.min()) if len(ahead) else step
@@ -196,6 +198,15 @@ class BoundRods(BoundReadings, Ensemble):
     def changes_in_time(self) -> bool:
         """Whether stiffness, intrinsic strains or drag change in time."""
         return any(part.varies for part in self._along.values())
+
+    def _find_changes(self) -> Changes:
+        """Parameters, flows and forces that change in time, and formulas of a membrane that moves."""
+        formulas: list[Sampled] = [part.sampled for part in self._along.values() if part.varies]
+        if self._outside is not None:
+            formulas += self._outside.sampled(lambda: self.position)
+        if self.surface.moving:
+            formulas.append(self.surface.sampled)
+        return Changes(formulas)
 
     def _set_along(self, time: float) -> None:
         """Let parameters that change in time be those of a time."""

@@ -42,6 +42,11 @@ class Holding:
         self._hold.drift.zero_()
         self._hold.drift_angle.zero_()
 
+    def apart(self, time: float) -> np.ndarray:
+        """The distance between the places of the two ends at a time [rod]."""
+        (first, _), (last, _) = (self._at(i, time) for i in range(2))
+        return np.linalg.norm(last - first, axis=-1)
+
     def _at(self, index: int, time: float) -> tuple[np.ndarray, np.ndarray]:
         end = self._ends[index]
         place = self._position[:, index] + (0.0 if end.motion is None else end.motion(time))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,8 @@ from warp_rods import arguments
 from warp_rods.errors import SceneError
 from warp_rods.formula import FormulaError, function_of_arrays
 from warp_rods.membranes.motion import rate_of_arrays
+from warp_rods.rods.changes import numbers_of_rods
+from warp_rods.rods.free.curve import curve_through
 from warp_rods.scene.checks import read_table
 from warp_rods.scene.ends import MotionTable
 
@@ -35,14 +37,20 @@ class Motion:
     """
 
     def __init__(self, name: str, given: Any, named: Mapping[str, np.ndarray], from_start: bool):
-        self.name = name
+        self.name, self._named = name, named
+        self.table: tuple[np.ndarray, bool] | None = None
+        """Times of a table, and whether it is periodic; None for formulas."""
+        self._parts: list[Callable[..., Any]] = []
         if isinstance(given, (Mapping, MotionTable)):
-            self._course = _through(read_table(MotionTable, given, name))
+            table = read_table(MotionTable, given, name)
+            self.table = np.array(table.times), table.periodic
+            self._course = _through(table)
         elif isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 3:
             raise arguments.wrong(name, given, ALLOWED)
         else:
             parts = [_component(f"{name}[{i}]", part, named) for i, part in enumerate(given)]
             self._course = _Course(_together([part.value for part in parts]), _together([part.rate for part in parts]))
+            self._parts = [function_of_arrays(part, ("t", *named)) for part in given if isinstance(part, str)]
         self._start = self._found(self._course.value, 0.0, "value") if from_start else 0.0
 
     def __call__(self, time: float) -> np.ndarray:
@@ -61,6 +69,13 @@ class Motion:
         if not np.isfinite(found).all():
             raise SceneError(f"{self.name}: a motion has no finite {what} at t = {time:g}")
         return found
+
+    def sampled(self, times: np.ndarray) -> Iterator[np.ndarray]:
+        """Values [time] of its formulas that change in time, for the numbers of each rod."""
+        for part in self._parts:
+            if "t" in part.names:  # type: ignore[attr-defined]
+                for numbers in numbers_of_rods(self._named):
+                    yield part(t=times, **numbers)
 
 
 def _together(parts: Sequence[OfTime]) -> OfTime:
@@ -81,11 +96,11 @@ def _component(name: str, given: Any, named: Mapping[str, np.ndarray]) -> _Cours
 
 
 def _through(table: MotionTable) -> _Course:
-    """A cubic spline through the points of a table, C², periodic or "not a knot"; straight on beyond its ends."""
-    from scipy.interpolate import CubicSpline  # slow to import
-
+    """A curve through the points of a table; periodic, or straight on beyond its ends."""
     times, points = np.array(table.times), np.array(table.points)
-    spline = CubicSpline(times, points, bc_type="periodic" if table.periodic else "not-a-knot")
+    if table.periodic:
+        points[-1] = points[0]
+    spline = curve_through(times, points, table.periodic)
     slope = spline.derivative()
     low, high = (-np.inf, np.inf) if table.periodic else (times[0], times[-1])
 

@@ -31,6 +31,11 @@ class Natural:
         self.bending = np.stack([second_values, third_values], axis=-1)
 
     @property
+    def parts(self) -> list[Along]:
+        """Those that change in time."""
+        return [part for part in self._parts if part.varies]
+
+    @property
     def any(self) -> bool:
         """Whether there is any natural strain."""
         return self.varies or bool(self.bending.any() or self.twist.any())

@@ -15,7 +15,8 @@ from warp_rods.kernels.free.load import force_field
 from warp_rods.kernels.free.state import CARRIED_APART
 from warp_rods.kernels.layout import to_host
 from warp_rods.rods.along import Along, at_half_nodes, at_nodes, product
-from warp_rods.rods.ensemble import Ensemble, Fixed, Parameter
+from warp_rods.rods.changes import Changes, Sampled
+from warp_rods.rods.ensemble import Ensemble, Failure, Fixed, Parameter
 from warp_rods.rods.free.arrays import (
     CARRIER,
     PAST,
@@ -58,6 +59,12 @@ CONTACT_STATE = {"contact_velocity": "velocity", "contact_lag": "lag"}
 """Name in a state → array of contact; see ``kernels/free/load.py``."""
 STIFF_IN_TWIST = 10.0
 """β∥/β⊥ above which order 4 is less stable than order 3."""
+ALMOST_STRAIGHT = 0.999
+STRAIGHT = (
+    ": its ends are held {:.6g} apart, and it is 1 long; a rod between two held ends cannot be stretched, and one that "
+    "is straight cannot be brought together: begin with a little bend, and stay below its length"
+)
+"""What is said of a rod that fails where its ends are this far apart."""
 FIRST_STEP = 1e-6
 """The first step that a rod tries, in units of ζ∥L/f*."""
 
@@ -203,8 +210,9 @@ class FreeRods(FreeReadings, Ensemble):
             self._holding: Holding | None = None
             if needs_places(*held):
                 self._hold(held)
-            if outside.flows or outside.pushes:
-                self._expose(outside)
+            self._outside = outside if outside.flows or outside.pushes else None
+            if self._outside is not None:
+                self._expose(self._outside)
             self._external: Callable | None = None
             if external is not None:
                 self._use(external)
@@ -362,6 +370,17 @@ class FreeRods(FreeReadings, Ensemble):
         moved = any(end.in_space or end.turning.any() or end.thrust.any() or end.torque.any() for end in self.ends)
         return self._natural.varies or moved
 
+    def _find_changes(self) -> Changes:
+        """Motions of ends, natural shapes, couples, flows and forces that change in time."""
+        motions = [m for end in self.ends for m in (end.motion, end.rotation) if m is not None]
+        formulas: list[Sampled] = [motion.sampled for motion in motions]
+        formulas += [part.sampled for part in self._natural.parts]
+        if self._couple.varies:
+            formulas.append(self._couple.sampled)
+        if self._outside is not None:
+            formulas += self._outside.sampled(lambda: self.position)
+        return Changes(formulas, [m.table for m in motions if m.table is not None])
+
     def take_own_steps(self, time: float, allowed: float) -> None:
         """Launch steps of each rod until it reaches ``time``; the error of a step is that of the strains and of f.
 
@@ -501,6 +520,17 @@ class FreeRods(FreeReadings, Ensemble):
         """The time at which each rod was frozen [rod]; meaningless for the others."""
         with exclusive:
             return to_host(self._arrays.failed_at)
+
+    def failures(self) -> list[Failure]:
+        """The frozen rods; of those between two held ends also that they were pulled straight."""
+        found = super().failures()
+        if self._holding is None or not all(end.held for end in self.ends):
+            return found
+        apart = [float(self._holding.apart(failure.time)[failure.rod]) for failure in found]
+        return [
+            failure._replace(what=failure.what + STRAIGHT.format(distance)) if distance > ALMOST_STRAIGHT else failure
+            for failure, distance in zip(found, apart, strict=True)
+        ]
 
     def static(self) -> dict[str, np.ndarray]:
         """What a trajectory saves once: names of ``variables.STATIC``."""

@@ -14,17 +14,16 @@ LANGUAGES = {"python", "toml", "bash", "", "text"}
 NOT_RUN = {
     r"python3 -m venv .*": "needs the network: .ci/run runs the line of the tests, and the other one installs less",
     r"pip install .*": "needs the network, and may run for twenty minutes: tests/bench has the reduced forms",
-    r"dask (scheduler|worker) .*": "does not end: tests/studies starts schedulers and workers",
-    r"warp-rods sweep scenes/study_phase\.toml --out /shared/.*": "needs a cluster: tests/studies runs studies",
+    r"warp-rods sweep .* (--scheduler|--part) .*": "needs a cluster: tests/studies/test_cluster.py starts one",
     r"python -m pytest --validate": "takes a quarter of an hour: it is run before a release",
 }
 """Lines of a shell that are not run, as patterns of the whole line, with the reason."""
 
-NOT_RUN_PYTHON = {
-    "cluster.md": "needs a cluster with SLURM: tests/studies starts schedulers and workers here",
-    "studies.md": "reads a study of minutes: tests/studies runs small ones",
+PYTHON_NOT_RUN = {
+    "SLURMCluster": "needs a cluster with SLURM: tests/studies/test_cluster.py has workers started as processes",
+    "runs/study_phase": "needs a study that takes five minutes: tests/studies opens smaller ones in the same way",
 }
-"""Pages whose blocks of Python are compiled only, with the reason."""
+"""What marks blocks in Python that are compiled and not run, with the reason."""
 
 SHORTENED = {
     "proteins": (
@@ -72,7 +71,7 @@ def blocks_of(page: Path) -> list[Block]:
             fence = None
         elif fence is not None:
             inside.append(line)
-        elif re.match(r"    (python|pip|warp-rods|mkdocs|dask)", line):
+        elif re.match(r"    (python|pip|warp-rods|mkdocs)", line):
             found.append(Block("bash", line.strip(), number))
     assert fence is None, f"{page}: the block of line {fence[1]} has no end"
     return found

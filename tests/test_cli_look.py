@@ -73,7 +73,7 @@ def test_plots_are_listed_and_drawn(run, tmp_path):
     ]:
         done = CliRunner().invoke(cli.app, ["plot", str(run), *words, "--out", str(tmp_path)])
         assert message in str(done.exception)
-    with pytest.raises(wr.RunFolderError, match="There is no run in"):
+    with pytest.raises(wr.RunFolderError, match="There is no run or study in"):
         CliRunner().invoke(cli.app, ["plot", str(tmp_path)], catch_exceptions=False)
 
 

@@ -274,6 +274,6 @@ def test_the_tables_of_rooms_agree():
 def test_a_rod_longer_than_a_period_is_told():
     """It would lie on its own image."""
     box = {"kind": "pore", "radius": 0.5, "length": 0.9, "ends": "periodic"}
-    place = {"position": [0, 0, 0], "direction": [1, 0, 0]}
+    place = {"position": [[0, 0, 0]], "direction": [[1, 0, 0]]}
     assert any("reaches its own image" in line for line in swimming(box, place, count=1).warnings)
     assert not any("own image" in line for line in swimming(box | {"length": 4.0}, place, count=1).warnings)

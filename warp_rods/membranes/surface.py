@@ -25,7 +25,7 @@ class Surface(metaclass=Documented):
     A surface with a formula in t among its values moves. Its methods then refer to t = 0; see ``at`` for other times.
     """
 
-    _unlisted = frozenset({"crossings", "phi_again"})
+    _unlisted = frozenset({"crossings", "phi_again", "sampled"})
 
     def __init__(self, kind: str, values: Values, row: Kind):
         """``row``: that of the kind; ``values``: as ``row.read`` returns them."""

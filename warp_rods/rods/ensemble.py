@@ -53,6 +53,7 @@ FOR_THE_LOOP = frozenset(
             "take_own_steps",
             "bring_together",
             "hold_force",
+            "foresee",
         ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "step_to_event", "next_event", "position_array", "force_array"),

@@ -49,10 +49,7 @@ class Readings(metaclass=Documented):
             return reading.take()
 
     def variables(self, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """A frame of the present state: the variables of ``saved`` except those of contact, at the saved nodes.
-
-        names: of those that are wanted; by default all.
-        """
+        """A frame at the saved nodes: variables of ``saved`` except those of contact, or those ``names`` of them."""
         wanted = self.saved if names is None else names
         with exclusive:
             readings = {name: row for name, row in self.readings().items() if name in self.saved and name in wanted}

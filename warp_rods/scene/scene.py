@@ -151,10 +151,8 @@ class Scene(Table):
 
     @property
     def period(self) -> tuple[float, float, float]:
-        """The period of the box along each axis, 0 where there is none; length.
-
-        A ``fraction`` is that of the volume, or of the area of a slab, which cells as wide as the steric core fill.
-        """
+        """The period of the box along each axis, 0 where there is none; length."""
+        # A fraction is that of the volume, or of the area of a slab, which cells as wide as the steric core fill.
         if self.box is None:
             return (0.0, 0.0, 0.0)
         if self.box.ends == "periodic":

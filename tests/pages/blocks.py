@@ -21,7 +21,7 @@ NOT_RUN = {
 
 PYTHON_NOT_RUN = {
     "SLURMCluster": "needs a cluster with SLURM: tests/studies/test_cluster.py has workers started as processes",
-    "runs/study_phase": "needs a study that takes five minutes: tests/studies opens smaller ones in the same way",
+    "runs/study_phase": "needs a study that takes minutes: tests/studies opens smaller ones in the same way",
 }
 """What marks blocks in Python that are compiled and not run, with the reason."""
 

@@ -12,6 +12,7 @@ beyond the last rod may hold anything, NaN included: no result depends on them, 
 
 import ctypes
 import os
+from typing import Any
 
 import warp as wp
 
@@ -565,6 +566,18 @@ def store_where(array: Vectors2D, tile: int, node: int, m: Lanes, field: Vector)
 def rods_in(tile: int, rods: int) -> int:
     """How many of so many rods are in a tile. Loops over it are not unrolled, as loops over ``WIDTH`` would be."""
     return wp.min(WIDTH, rods - tile * WIDTH)
+
+
+@wp.func
+def copy_of(tile: int, node: int, chosen: Lanes, every: bool, given: Any, field: Any):
+    """Set a field at a node to ``given`` there, of the rods where ``chosen`` is not zero.
+
+    every: whether that is so for all rods. A copy of the whole tile is several times cheaper than a choice.
+    """
+    if every:
+        field[tile, node] = given[tile, node]
+    else:
+        field[tile, node] = where(chosen, given[tile, node], field[tile, node])
 
 
 @wp.func

@@ -8,15 +8,13 @@ from warp_rods.kernels.free.state import Past, Shape, Swimmers, Trial
 from warp_rods.kernels.lanes import (  # noqa: F401 (operators)
     WIDTH,
     Lanes,
-    Lanes2D,
-    Pairs,
     add,
     all_of,
+    copy_of,
     dot,
     larger,
     mul,
     rods_in,
-    where,
 )
 from warp_rods.kernels.layout import real
 from warp_rods.kernels.multistep import INFINITE, Pace, local_error_scale, times_of
@@ -70,47 +68,20 @@ def find_errors(tile: int, pace: Pace, trial: Trial, now: Shape, past: Past, sta
 
 
 @wp.func
-def push_pairs(tile: int, node: int, accepted: Lanes, newest: Pairs, older: Pairs):
+def push_level(tile: int, node: int, accepted: Lanes, all_accepted: bool, newest: Shape, older: Shape):
     """Copy one level of a node to the next older one, of the rods where ``accepted`` is not zero."""
-    older[tile, node] = where(accepted, newest[tile, node], older[tile, node])
-
-
-@wp.func
-def push_numbers(tile: int, node: int, accepted: Lanes, newest: Lanes2D, older: Lanes2D):
-    """``push_pairs`` of numbers."""
-    older[tile, node] = where(accepted, newest[tile, node], older[tile, node])
-
-
-@wp.func
-def push_whole_level(tile: int, node: int, newest: Shape, older: Shape):
-    """``push_level`` of all rods: a copy is several times cheaper than a choice for each rod."""
-    older.bending[tile, node] = newest.bending[tile, node]
-    older.twist[tile, node] = newest.twist[tile, node]
-    older.activity[tile, node] = newest.activity[tile, node]
-
-
-@wp.func
-def push_level(tile: int, node: int, accepted: Lanes, newest: Shape, older: Shape):
-    """``push_pairs`` of all fields."""
-    push_pairs(tile, node, accepted, newest.bending, older.bending)
-    push_numbers(tile, node, accepted, newest.twist, older.twist)
-    push_numbers(tile, node, accepted, newest.activity, older.activity)
+    copy_of(tile, node, accepted, all_accepted, newest.bending, older.bending)
+    copy_of(tile, node, accepted, all_accepted, newest.twist, older.twist)
+    copy_of(tile, node, accepted, all_accepted, newest.activity, older.activity)
 
 
 @wp.func
 def store_shape(tile: int, accepted: Lanes, star: Shape, now: Shape, past: Past):
     """Make the shape at the end of the step the present one, of the rods where ``accepted`` is not zero."""
-    if all_of(accepted):
-        for node in range(now.twist.shape[1]):
-            push_whole_level(tile, node, past.third, past.fourth)
-            push_whole_level(tile, node, past.second, past.third)
-            push_whole_level(tile, node, past.first, past.second)
-            push_whole_level(tile, node, now, past.first)
-            push_whole_level(tile, node, star, now)
-        return
+    every = all_of(accepted)
     for node in range(now.twist.shape[1]):
-        push_level(tile, node, accepted, past.third, past.fourth)
-        push_level(tile, node, accepted, past.second, past.third)
-        push_level(tile, node, accepted, past.first, past.second)
-        push_level(tile, node, accepted, now, past.first)
-        push_level(tile, node, accepted, star, now)
+        push_level(tile, node, accepted, every, past.third, past.fourth)
+        push_level(tile, node, accepted, every, past.second, past.third)
+        push_level(tile, node, accepted, every, past.first, past.second)
+        push_level(tile, node, accepted, every, now, past.first)
+        push_level(tile, node, accepted, every, star, now)

@@ -13,7 +13,7 @@ from warp_rods.kernels.free.motion import (
 )
 from warp_rods.kernels.free.outcome import errors_of_order, find_errors, find_statuses, store_shape
 from warp_rods.kernels.free.state import NOT_CARRIED, Balance, Midpoint, Past, Shape, Swimmers, Trial
-from warp_rods.kernels.free.step import find_value, find_value_and_slope, step_shape
+from warp_rods.kernels.free.step import find_slope, find_value, step_shape
 from warp_rods.kernels.lanes import WIDTH, Lanes, any_of, repeat_last, rods_in
 from warp_rods.kernels.layout import Matrices1D, Scalars1D, Vectors1D, real
 from warp_rods.kernels.magnus import levels_of_rates
@@ -160,7 +160,8 @@ def advance_past(
     going = plan_steps(tile, rods, pace, midpoint, target[0], trial)
     while any_of(going):
         formulas = formulas_of(tile, pace, trial)
-        find_value_and_slope(tile, formulas.value, formulas.slope, now, past, star, slope)
+        find_value(tile, formulas.value, now, past, star)
+        find_slope(tile, formulas.slope, now, past, slope)
         step_shape(tile, rods, star, slope, formulas.rate, trial.angle, balance)
         find_midpoint_rates(tile, rods, star, balance, trial)
         find_statuses(tile, rods, star, trial)

@@ -55,14 +55,10 @@ def find_mobilities(tile: int, rods: Swimmers, balance: Balance):
     """The inverse of the drag along at half nodes and across at nodes, that of contact included; 0 at held ends."""
     one, zero = real(1.0), Lanes()
     for node in range(balance.tension.shape[1]):
-        along, across = rods.mobility_along[tile, node], rods.mobility_across[tile, node]
-        balance.axial_mobility[tile, node] = along
-        balance.transverse_mobility[tile, node] = block(across, zero, zero, across)
-        if rods.touched == 1:
-            eta = rods.drag_across[tile, node]
-            D = balance.load.transverse_drag[tile, node]
-            balance.axial_mobility[tile, node] = along / (one + along * balance.load.axial_drag[tile, node])
-            balance.transverse_mobility[tile, node] = inverse(D + block(eta, zero, zero, eta))
+        eta = rods.drag_across[tile, node]
+        balance.axial_mobility[tile, node] = one / (rods.drag_along[tile, node] + balance.load.axial_drag[tile, node])
+        D = balance.load.transverse_drag[tile, node]
+        balance.transverse_mobility[tile, node] = inverse(D + block(eta, zero, zero, eta))
     hold_mobilities(tile, rods, balance)
 
 

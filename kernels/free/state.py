@@ -42,8 +42,6 @@ class Swimmers:
     natural_twist: Lanes2D  # τ0
     drag_along: Lanes2D  # ζ∥, half nodes
     drag_across: Lanes2D  # ζ⊥
-    mobility_along: Lanes2D  # 1/ζ∥, half nodes
-    mobility_across: Lanes2D  # 1/ζ⊥
     rotational_mobility: Lanes2D  # 1/ζr, half nodes
     moment: Lanes1D  # M
     relaxation: Lanes1D  # τf

@@ -23,21 +23,6 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def find_value_and_slope(tile: int, e: Weights, d: Weights, now: Shape, past: Past, value: Shape, slope: Shape):
-    """``find_value`` and ``find_slope``, with the levels read once."""
-    levels = wp.max(levels_in(e), levels_in(d))
-    for node in range(now.twist.shape[1]):
-        k, tau, f = differences(tile, node, e, levels, now, past)
-        k_slope, tau_slope, f_slope = differences(tile, node, d, levels, now, past)
-        value.bending[tile, node] = now.bending[tile, node] + k
-        value.twist[tile, node] = now.twist[tile, node] + tau
-        value.activity[tile, node] = now.activity[tile, node] + f
-        slope.bending[tile, node] = k_slope
-        slope.twist[tile, node] = tau_slope
-        slope.activity[tile, node] = f_slope
-
-
-@wp.func
 def find_slope(tile: int, d: Weights, now: Shape, past: Past, slope: Shape):
     """Σ d_j x_j; the sum of the d_j is zero."""
     levels = levels_in(d)

@@ -103,7 +103,6 @@ class Arrays:
     contact: Any  # Contact
     trial: Any  # Trial: the step that is tried
     star: Any  # Shape: x*, then the shape at the end of that step
-    own_star: Any  # the same of a step of a rod's own, workspace
     slope: Any  # Shape: Σ d_j x_j, workspace
     step_balance: Any  # Balance of a step, workspace
     balance: Any  # Balance of the present shape, for output
@@ -162,7 +161,6 @@ def allocate(
         contact=_contact(*shape, device),
         trial=_trial(count, device),
         star=_shape(per_node, *fields, device),
-        own_star=_shape(workspace, *fields, device),
         slope=_shape(workspace, *fields, device),
         step_balance=_balance(*fields, _load(*fields, device), device),
         balance=_balance(*fields, _load(*fields, device), device, shown=SHOWN),
@@ -183,10 +181,8 @@ def set_along(rods: Any, parameters: Mapping[str, np.ndarray], nodes: int, devic
         return made if values.ndim == 2 else along_rods(made, nodes)
 
     rods.bending_stiffness, rods.twist_stiffness = field(parameters["bend"]), field(parameters["twist"])
-    along = at_half_nodes(parameters["drag_along"])
-    across = product(parameters["drag_along"], parameters["drag_ratio"])
-    rods.drag_along, rods.drag_across = field(along), field(across)
-    rods.mobility_along, rods.mobility_across = field(1.0 / along), field(1.0 / across)
+    rods.drag_along = field(at_half_nodes(parameters["drag_along"]))
+    rods.drag_across = field(product(parameters["drag_along"], parameters["drag_ratio"]))
     rods.rotational_mobility = field(1.0 / at_half_nodes(parameters["rotational_drag"]))
 
 
@@ -344,7 +340,6 @@ def slice_arrays(arrays: Arrays, rods: slice) -> Arrays:
         contact=slice_struct(Contact, a.contact, rods),
         trial=slice_struct(Trial, a.trial, rods),
         star=slice_struct(Shape, a.star, rods),
-        own_star=_shape(workspace, tiles, nodes, device),
         slope=_shape(workspace, tiles, nodes, device),
         step_balance=_balance(
             tiles, nodes, slice_struct(Load, a.step_balance.load, rods), device, bent=a.rods.bent == 1

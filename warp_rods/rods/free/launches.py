@@ -153,7 +153,7 @@ class FreeLaunches:
 
     def _launch_advance_past(self, a: Arrays) -> None:
         state = (a.rods, a.now, a.past, a.midpoint, a.pace, self._target, a.failed_at)
-        self._launch(own_steps.advance_past, _tiles(a), *state, a.trial, a.own_star, a.slope, a.step_balance)
+        self._launch(own_steps.advance_past, _tiles(a), *state, a.trial, a.star, a.slope, a.step_balance)
 
     def _launch_field(self, a: Arrays, time: wp.array) -> None:
         if self._field is not None:

@@ -126,38 +126,14 @@ def _file(what: str, module: str, suffix: str, stem: str = "rods") -> Exporter:
     return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem)
 
 
-def _usd(content: Content, path: Path, **options: Any) -> None:
-    from warp_rods.draw.usd.export import write_usd
-
-    write_usd(content, path, **options)
-
-
 def _usd_size(content: Content, fps: float, tubes: bool, activity: bool) -> float:
     from warp_rods.draw.usd.export import size
 
     return size(content, tubes, activity)
 
 
-def _usdz(content: Content, path: Path, fps: float, activity: bool) -> None:
-    from warp_rods.draw.usd.export import write_usdz
-
-    write_usdz(content, path, fps, activity)
-
-
 def _usdz_size(content: Content, fps: float, activity: bool) -> float:
     return _usd_size(content, fps, True, activity)
-
-
-def _clips(content: Content, path: Path, **options: Any) -> None:
-    from warp_rods.draw.usd.clips import write_clips
-
-    write_clips(content, path, **options)
-
-
-def _blender(content: Content, path: Path, fps: float) -> None:
-    from warp_rods.draw.usd.blender import write_script
-
-    write_script(content, path, fps)
 
 
 def _few(size: float) -> Callable[..., float]:
@@ -165,48 +141,12 @@ def _few(size: float) -> Callable[..., float]:
     return lambda _content, **_options: size
 
 
-def _poster(content: Content, path: Path) -> None:
-    from warp_rods.draw.poster import draw_poster
-
-    draw_poster(content, path)
-
-
-def _png(content: Content, path: Path, dpi: int) -> None:
-    from warp_rods.draw.poster import draw_stills
-
-    draw_stills(content, path, dpi)
-
-
-def _png_size(content: Content, dpi: int) -> float:
-    from warp_rods.draw.poster import stills_size
-
-    return stills_size(content, dpi)
-
-
-def _mp4(content: Content, path: Path, fps: float) -> None:
-    from warp_rods.draw.film import draw_mp4
-
-    draw_mp4(content, path, fps)
-
-
-def _mp4_size(content: Content, fps: float) -> float:
-    from warp_rods.draw.film import mp4_size
-
-    return mp4_size(content, fps)
-
-
-def _gif(content: Content, path: Path, fps: float) -> None:
-    from warp_rods.draw.film import draw_gif
-
-    draw_gif(content, path, fps)
-
-
-def _gif_size(content: Content, fps: float) -> float:
-    from warp_rods.draw.film import gif_size
-
-    return gif_size(content, fps)
-
-
+_usd, _usdz = _of("usd.export", "write_usd"), _of("usd.export", "write_usdz")
+_clips, _blender = _of("usd.clips", "write_clips"), _of("usd.blender", "write_script")
+_poster = _of("poster", "draw_poster")
+_pictures = _of("poster", "draw_stills"), _of("poster", "stills_size")
+_mp4 = _of("film", "draw_mp4"), _of("film", "mp4_size")
+_gif = _of("film", "draw_gif"), _of("film", "gif_size")
 _microscope = _of("microscope.export", "write"), _of("microscope.export", "size")
 _page = _of("page.export", "write"), _of("page.export", "size")
 _STAGE = ("fps", "tubes", "activity")
@@ -220,9 +160,9 @@ EXPORTERS: dict[str, Exporter] = {
         "script that opens animation.usdc in Blender, with its colours", ".py", _blender, _few(4e3), "blender", ("fps",)
     ),
     "poster": Exporter("first, middle and last frame side by side", ".png", _poster, _few(6e5), "poster"),
-    "png": Exporter("a folder with a picture of each frame", "", _png, _png_size, "pictures", ("dpi",)),
-    "mp4": Exporter("film", ".mp4", _mp4, _mp4_size, "film", ("fps",)),
-    "gif": Exporter("film for slides and pages", ".gif", _gif, _gif_size, "film", ("fps",)),
+    "png": Exporter("a folder with a picture of each frame", "", *_pictures, "pictures", ("dpi",)),
+    "mp4": Exporter("film", ".mp4", *_mp4, "film", ("fps",)),
+    "gif": Exporter("film for slides and pages", ".gif", *_gif, "film", ("fps",)),
     "html": Exporter("page that plays in any browser", ".html", *_page, options=("limit",)),
     "vtkhdf": _file("folder of files with all variables for ParaView", "vtkhdf", "", "vtkhdf"),
     "gsd": _file("beads and bonds for OVITO, MDAnalysis and freud", "gsd", ".gsd"),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
 import queue
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -88,19 +89,20 @@ class _Running:
     twice: dict[str, Any] = field(default_factory=dict)
     """A second future of tasks that were late."""
     ended: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
+    numbers: Iterator[int] = field(default_factory=itertools.count)
+    """Of submissions: a key that the scheduler knows already would not be computed again."""
 
-    def submit(self, task: Task, avoid: str = "", suffix: str = "") -> Any:
+    def submit(self, task: Task, avoid: str = "") -> Any:
         """Give a task to the scheduler, if possible for another worker than ``avoid``."""
         others = [address for address in self.client.nthreads() if address != avoid] if avoid else []
         where = {"workers": others, "allow_other_workers": True} if others else {}
-        name = f"{task.name}{suffix}"
         future = self.client.submit(
             work,
             self.folder,
             task,
             self.device,
             self.version,
-            key=f"point-{self.client.id}-{name}",
+            key=f"point-{self.client.id}-{task.name}-{next(self.numbers)}",
             pure=False,
             **where,
         )
@@ -183,7 +185,7 @@ def _help_late(running: _Running, seconds: float) -> None:
     """Give tasks that take much longer than all others to a second worker: theirs may be stuck."""
     for name, (task, future, since) in running.futures.items():
         if time.monotonic() - since > seconds and name not in running.twice:
-            running.twice[name] = running.submit(task, _doing(running, future), "-late")
+            running.twice[name] = running.submit(task, _doing(running, future))
 
 
 def _doing(running: _Running, future: Any) -> str:
@@ -194,7 +196,11 @@ def _doing(running: _Running, future: Any) -> str:
 def _ended(running: _Running, task: Task, future: Any, tell: Callable[[Task, Outcome], None]) -> float:
     """What becomes of a task whose future has ended; returns the seconds that it took."""
     if future.status == "finished":
-        outcome: Outcome = future.result()
+        try:
+            outcome: Outcome = future.result(timeout=LATE)
+        except TimeoutError:  # the worker was stuck after it had done the task, and keeps the outcome
+            running.add(task)
+            return 0.0
         if outcome.failed and not task.final:
             running.add(again(task, outcome.failed), avoid=outcome.worker)
             outcome = outcome._replace(failed={})

@@ -145,11 +145,19 @@ def run_on(
     A point that fails is tried once more, if possible by another worker, then recorded as failed. Raises SchedulerLost,
     and OSError where the store cannot be written, after nothing more was submitted.
     """
-    running, left, longest = _Running(client, folder, device, version), iter(tasks), 0.0
-    more, room, looked = True, 1, -TICK
+    running = _Running(client, folder, device, version)
+    with _talking():
+        _run(running, iter(tasks), tell, say)
+
+
+def _run(
+    running: _Running, left: Iterator[Task], tell: Callable[[Task, Outcome], None], say: Callable[[str], None]
+) -> None:  # fmt: skip
+    """Do the tasks that are left: some are with the scheduler, the next ones follow as they end."""
+    more, room, looked, longest = True, 1, -TICK, 0.0
     while more or running.futures:
         if time.monotonic() - looked > TICK:
-            looked, room, before = time.monotonic(), EACH * _workers(client), room
+            looked, room, before = time.monotonic(), EACH * _workers(running.client), room
             if room == 0 and before:
                 say("there are no workers: waiting for some to join the scheduler")
         while more and len(running.futures) < room:
@@ -169,11 +177,22 @@ def run_on(
             longest = max(longest, _ended(running, task, future, tell))
 
 
+@contextlib.contextmanager
+def _talking() -> Iterator[None]:
+    """Raises SchedulerLost where the scheduler ends while it is talked to: about a task, an outcome or its workers."""
+    from distributed.comm import CommClosedError
+
+    try:
+        yield
+    except (CommClosedError, TimeoutError) as error:
+        raise SchedulerLost(_lost(error)) from None
+
+
 def _workers(client: Any) -> int:
     """The number of threads of the cluster; raises SchedulerLost."""
     try:
         return sum(client.nthreads().values())
-    except (OSError, RuntimeError, TimeoutError) as error:
+    except (OSError, RuntimeError) as error:
         raise SchedulerLost(_lost(error)) from None
 
 

@@ -148,14 +148,15 @@ def _held(folder: Path, part: tuple[int, int] | None) -> Iterator[None]:
     made = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / LOCK)
-    try:
-        if part is None:
+    if part is None:
+        try:
             lock.acquire(blocking=False)
+        except Timeout:
+            raise RunFolderError(
+                f"another sweep is at work in {folder}: wait for it, --status shows how far it is"
+            ) from None
+    try:
         yield
-    except Timeout:
-        raise RunFolderError(
-            f"another sweep is at work in {folder}: wait for it, --status shows how far it is"
-        ) from None
     finally:
         lock.release()
         if made and [file.name for file in folder.iterdir()] in ([], [LOCK]):

@@ -13,6 +13,7 @@ import xarray as xr
 from warp_rods.draw import plots
 from warp_rods.draw.diagrams import SEED, diagram
 from warp_rods.draw.labels import label as label_of
+from warp_rods.draw.of_run import FOLDER
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.studies.store import OWN, STORE
 from warp_rods.values import nearest
@@ -35,10 +36,10 @@ def plotted(
 
 
 def plot_study(folder: str | Path, measures: Sequence[str] = (), out: str | Path | None = None) -> list[Path]:
-    """Draw measures of a study (default: all) into its folder, or ``out``, as NAME.png and NAME.svg; returns the PNGs.
+    """Draw measures of a study (default: all) into ``plots`` in its folder, or ``out``; returns the PNGs.
 
-    Measures with further dimensions, such as ``modes``, are not drawn. Raises RunFolderError where there is no study,
-    or nothing is computed, and SceneError for a measure that it does not have.
+    Each is NAME.png and NAME.svg. Measures with further dimensions, such as ``modes``, are not drawn. Raises
+    RunFolderError where there is no study, or nothing is computed, and SceneError for a measure that it does not have.
     """
     path = Path(folder) / STORE
     if not path.exists():
@@ -56,7 +57,7 @@ def plot_study(folder: str | Path, measures: Sequence[str] = (), out: str | Path
             raise SceneError(
                 f"{name}: is not drawn of this study{nearest(name, names)}; known here: {', '.join(names)}"
             )
-    place = Path(folder if out is None else out)
+    place = Path(folder) / FOLDER if out is None else Path(out)
     return [plots.save(figure_of(data, name), place / name.replace(".", "-"))[0] for name in measures or names]
 
 

@@ -41,6 +41,7 @@ def write_run(folder, fail_at: int | None = None) -> None:
         for name, load in (("idle", 0.0), ("pushing", 1.0), ("pulling", 10.0)):
             spec = groups[name]
             saved[name] = {label: np.zeros(spec.shape(v)) for label, v in spec.variables.items()}
+            saved[name]["length"][:] = 1.0
             saved[name]["position"] = rng.normal(size=(RODS, NODES, 3))
             saved[name]["load"] = load * rng.normal(size=(RODS, NODES, 3))
             if name == "pulling":

@@ -54,6 +54,7 @@ def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
         for group, spec in groups.items():
             saved[group] = {name: np.zeros(spec.shape(v)) for name, v in spec.variables.items()}
             saved[group]["energy_density"] = rng.gamma(2.0, size=(spec.rods, spec.nodes))
+        saved["sensors"]["length"][:] = 0.6
         saved["sensors"]["position"] = arcs(4, 9, 0.6, 0.1 * number)
         saved["cell"]["position"] = arcs(2, 17, 1.0, 0.2 * number) + np.array([3.0, 0.0, 0.1 * number])
         if fail_at is not None and number >= fail_at:

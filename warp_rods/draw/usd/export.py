@@ -19,6 +19,7 @@ from warp_rods import arguments
 from warp_rods.draw.content import Content
 from warp_rods.draw.selection import Selection
 from warp_rods.draw.usd.box import draw_box
+from warp_rods.draw.usd.cables import describe_cables
 from warp_rods.draw.usd.camera import add_camera_and_lights
 from warp_rods.draw.usd.curves import draw_rods
 from warp_rods.draw.usd.load import ACTIVITY, LOADS, draw_forces
@@ -47,6 +48,8 @@ def write_usd(shown: Content, path: Path, fps: float = 24.0, tubes: bool = False
     stage = Stage(shown, fps, tubes, activity)
     stage.draw(range(shown.frames))
     stage.finish()
+    if not tubes:  # a default value would hide the values in parts of a long run, which have none therefore
+        describe_cables(stage.stage, shown)
     stage.write(path)
 
 

@@ -162,6 +162,9 @@ def test_lost_rods_stay_and_are_grey(tmp_path):
     np.testing.assert_array_equal(rods.positions(0)[1], rods.positions(3)[1])
     assert np.isfinite(rods.positions(0)).all()
     np.testing.assert_array_equal(shown.scale(0).rgb(rods.values(0))[1, 0], LACKING)
+    sound = [own.variable("energy_density", 0)[own.variable("status", 0) == 0].ravel() for own in shown.rods]
+    last = content(tmp_path, Selection(frames=slice(-1, None)))
+    assert last.scale(0).high == pytest.approx(np.quantile(np.concatenate(sound), 0.98))  # stale energies do not count
 
 
 def test_texts_of_the_command_line():

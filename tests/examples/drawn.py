@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from warp_rods.rods.status import Status
 from warp_rods.simulation.trajectory import (
     FILAMENT_VARIABLES,
     STORE,
@@ -44,11 +45,18 @@ def arcs(rods: int, nodes: int, length: float, turn: float) -> np.ndarray:
     return np.stack([x, y, z], axis=-1)
 
 
+def freeze(saved: dict[str, np.ndarray], before: dict[str, np.ndarray], rod: int) -> None:
+    """Let a rod be lost, as the program saves it: all its variables are those of the frame before, but the status."""
+    for name, values in saved.items():
+        values[rod] = Status.TOO_BENT if name == "status" else before[name][rod]
+
+
 def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
     groups = {"sensors": GroupSpec(4, 9, FILAMENT_VARIABLES), "cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}
     attributes = {"title": "Rods on a ball", "scene": SCENE.format(extra=extra), "scene_hash": "abc"}
     writer = TrajectoryWriter.create(folder / STORE, groups, attributes)
     rng = np.random.default_rng(3)
+    before: dict = {}
     for number in range(FRAMES):
         saved = {}
         for group, spec in groups.items():
@@ -57,7 +65,7 @@ def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
         saved["sensors"]["position"] = arcs(4, 9, 0.6, 0.1 * number)
         saved["cell"]["position"] = arcs(2, 17, 1.0, 0.2 * number) + np.array([3.0, 0.0, 0.1 * number])
         if fail_at is not None and number >= fail_at:
-            saved["sensors"]["position"][1, 3:] = np.nan
-            saved["sensors"]["energy_density"][1] = np.nan
+            freeze(saved["sensors"], before["sensors"], 1)
         writer.append(0.1 * number, saved)
+        before = saved
     writer.close()

@@ -137,9 +137,7 @@ def _radius(scene: Scene, data: xr.Dataset) -> float:
     if scene.steric:
         return scene.steric.core / 2
     steps = np.diff(data.position.isel(frame=-1).values, axis=1)  # growing rods are longest at the end
-    lengths = np.linalg.norm(steps, axis=-1).sum(axis=1)
-    lengths = lengths if np.isfinite(lengths).any() else np.ones(1)
-    return float(np.nanmean(lengths) / _SLENDERNESS)  # without failed rods
+    return float(np.linalg.norm(steps, axis=-1).sum(axis=1).mean() / _SLENDERNESS)
 
 
 def _no_colour(name: str, chosen: dict[str, xr.Dataset]) -> RunFolderError:

@@ -1,7 +1,7 @@
 """A folder of images of a run: ``image.ome.tif``, ``masks.ome.tif`` and the settings, ``microscope.toml``.
 
 Both stacks have the axes time, channel, z, y, x, one channel an ensemble. Seen on a screen x points to the right, y up
-and z towards the viewer. Masks have the numbers of rods from 1, and 0 beside them.
+and z towards the viewer. Masks have the numbers of rods from 1, and 0 beside them. Lost rods are in neither.
 """
 
 from __future__ import annotations
@@ -86,7 +86,8 @@ def _images(content: Content, settings: Complete, field: Field) -> Iterator[np.n
     saturated = 0
     for frame in with_progress(range(content.frames), "microscope"):
         for channel, rods in enumerate(content.rods):
-            lights = sources(rods.positions(frame), settings.photons, settings.width / SAMPLED)
+            places = rods.without_lost(rods.positions(frame), frame)
+            lights = sources(places, settings.photons, settings.width / SAMPLED)
             photons = expected(lights, field, settings.width, settings.depth)
             stack = counts(photons, settings, (content.numbers[frame], channel))
             saturated += int((stack == MOST).sum())
@@ -99,7 +100,7 @@ def _masks(content: Content, field: Field) -> Iterator[np.ndarray]:
     """Pages [row, column] of labels, in the same order."""
     for frame in with_progress(range(content.frames), "masks"):
         for rods in content.rods:
-            yield from masks(rods.positions(frame), rods.radius, field)
+            yield from masks(rods.without_lost(rods.positions(frame), frame), rods.radius, field)
 
 
 def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, Any]:

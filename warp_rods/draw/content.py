@@ -69,6 +69,12 @@ class Content:
         return self.scene.units.metres if self.scene.units else 1.0
 
     @property
+    def seconds(self) -> float | None:
+        """One unit of time in seconds; None where the scene does not say."""
+        units = self.scene.units
+        return float(units.scale.units["time"]) if units and units.time else None
+
+    @property
     def edges(self) -> np.ndarray:
         """Both ends [line, 2, 3] of the lines along the edges of the box; none where there are none to draw."""
         return edges_of(self.scene)

@@ -104,10 +104,15 @@ def _masks(content: Content, field: Field) -> Iterator[np.ndarray]:
 
 
 def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, Any]:
-    """What OME-TIFF says of the stacks; lengths in µm where the scene has a unit."""
+    """What OME-TIFF says of the stacks: lengths in µm and times in s where the scene has these units.
+
+    OME has a unit for lengths without one, "reference frame", but none for times: the description then has the time.
+    """
     unit = "µm" if content.scene.units else "reference frame"
     scale = content.metres * 1e6 if content.scene.units else 1.0
-    times = np.diff(content.times)
+    steps = np.diff(content.times)
+    step = float(steps.mean()) if len(steps) else None
+    timed = {} if step is None or content.seconds is None else {"TimeIncrement": step * content.seconds}
     return {
         "axes": "TCZYX",
         "Name": content.title or "rods",
@@ -118,8 +123,8 @@ def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, A
         "PhysicalSizeYUnit": unit,
         "PhysicalSizeZ": settings.spacing * scale,
         "PhysicalSizeZUnit": unit,
-        **({"TimeIncrement": float(times.mean())} if len(times) else {}),
+        **(timed and timed | {"TimeIncrementUnit": "s"}),
         "Description": f"x = {field.left:.9g} + {field.pixel:.9g} (column + 1/2), "
         f"y = {field.top:.9g} - {field.pixel:.9g} (row + 1/2), z = {field.heights[0]:.9g} + "
-        f"{settings.spacing:.9g} plane, in units of the scene",
+        f"{settings.spacing:.9g} plane" + (f", a frame every {step:.9g}" if step else "") + ", in units of the scene",
     }

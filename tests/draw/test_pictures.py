@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
@@ -165,6 +166,40 @@ def test_lost_rods_stay_and_are_grey(tmp_path):
     sound = [own.variable("energy_density", 0)[own.variable("status", 0) == 0].ravel() for own in shown.rods]
     last = content(tmp_path, Selection(frames=slice(-1, None)))
     assert last.scale(0).high == pytest.approx(np.quantile(np.concatenate(sound), 0.98))  # stale energies do not count
+
+
+@pytest.mark.parametrize(
+    ("step", "time_unit", "texts"),
+    [
+        (0.1, "", ["t = 0.0", "t = 0.1", "t = 0.5"]),
+        (0.25, "", ["t = 0.00", "t = 0.25", "t = 1.25"]),
+        (1.5, "", ["t = 0.0", "t = 1.5", "t = 7.5"]),
+        (1 / 3, "", ["t = 0.00", "t = 0.33", "t = 1.67"]),
+        (1e-8, "", ["t = 0 · 10⁻⁸", "t = 1 · 10⁻⁸", "t = 5 · 10⁻⁸"]),
+        (1e-8, "1 s", ["t = 0 ns", "t = 10 ns", "t = 50 ns"]),
+        (0.25, "1 ms", ["t = 0.00 ms", "t = 0.25 ms", "t = 1.25 ms"]),
+        (20.0, "1 s", ["t = 0 s", "t = 20 s", "t = 100 s"]),
+    ],
+)
+def test_the_clock_gives_times_in_full(tmp_path, step, time_unit, texts):
+    write_run(tmp_path, f'[units]\nlength = "1 um"\ntime = "{time_unit}"' if time_unit else "", step=step)
+    shown = content(tmp_path)
+    assert [clock_of(shown).text(shown.times[frame]) for frame in (0, 1, 5)] == texts
+    for frames in (slice(-1, None), slice(None, None, 5)):  # whichever frames are chosen
+        assert clock_of(content(tmp_path, Selection(frames=frames))) == clock_of(shown)
+
+
+def test_the_clock_of_one_saved_frame_follows_save_every(tmp_path):
+    write_run(tmp_path, save_every=0.02, frames=1)
+    assert clock_of(content(tmp_path)).text(0.0) == "t = 0.00"
+
+
+def test_labels_name_the_units_of_the_scene(tmp_path):
+    write_run(tmp_path, '[units]\nlength = "1 um"\nforce = "1 pN"')
+    shown = content(tmp_path)
+    assert shown.label == "elastic energy per length (in units of 1e-12 N)"
+    assert shown.named("speed", "length/time") == "speed (length/time)"  # no unit of time is given
+    assert shown.named("curvature", "1/length^2") == "curvature (in units of 1e+12 1/m²)"
 
 
 def test_texts_of_the_command_line():

@@ -34,6 +34,7 @@ kind = "sphere"
 radius = 1.0
 [time]
 end = 1.0
+save_every = {save_every}
 """
 
 
@@ -51,13 +52,25 @@ def freeze(saved: dict[str, np.ndarray], before: dict[str, np.ndarray], rod: int
         values[rod] = Status.TOO_BENT if name == "status" else before[name][rod]
 
 
-def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
+def write_run(
+    folder,
+    extra: str = "",
+    fail_at: int | None = None,
+    frames: int = FRAMES,
+    step: float = 0.1,
+    save_every: float = 0.1,
+) -> None:
+    """Write frames a ``step`` apart; rod 1 of "sensors" is lost at frame ``fail_at``. extra: tables of the scene."""
     groups = {"sensors": GroupSpec(4, 9, FILAMENT_VARIABLES), "cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}
-    attributes = {"title": "Rods on a ball", "scene": SCENE.format(extra=extra), "scene_hash": "abc"}
+    attributes = {
+        "title": "Rods on a ball",
+        "scene": SCENE.format(extra=extra, save_every=save_every),
+        "scene_hash": "abc",
+    }
     writer = TrajectoryWriter.create(folder / STORE, groups, attributes)
     rng = np.random.default_rng(3)
     before: dict = {}
-    for number in range(FRAMES):
+    for number in range(frames):
         saved = {}
         for group, spec in groups.items():
             saved[group] = {name: np.zeros(spec.shape(v)) for name, v in spec.variables.items()}
@@ -66,6 +79,6 @@ def write_run(folder, extra: str = "", fail_at: int | None = None) -> None:
         saved["cell"]["position"] = arcs(2, 17, 1.0, 0.2 * number) + np.array([3.0, 0.0, 0.1 * number])
         if fail_at is not None and number >= fail_at:
             freeze(saved["sensors"], before["sensors"], 1)
-        writer.append(0.1 * number, saved)
+        writer.append(step * number, saved)
         before = saved
     writer.close()

@@ -50,11 +50,6 @@ class Colour:
         """The name of the colour map."""
         return MAPS[self.kind]
 
-    @property
-    def text(self) -> str:
-        """Label and unit in one line."""
-        return self.label + (f" ({self.unit})" if self.unit not in ("", "1") else "")
-
 
 def colour_map(name: str) -> Any:
     """The Matplotlib colour map of this name; ``hues`` is made here."""

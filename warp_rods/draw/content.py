@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.draw.colours import COLOURS, Colour
+from warp_rods.draw.labels import named
 from warp_rods.draw.rods import Rods
 from warp_rods.draw.room import edges_of, sides_of
 from warp_rods.draw.scale import Scale, scale_of
@@ -38,8 +39,9 @@ class Content:
     """What is drawn of a run.
 
     title, scene, selection, attributes (of the run); colour: the row of ``COLOURS``; numbers: the chosen frames of the
-    trajectory, a range; times [frame]; frames: their count; rods: the chosen ensembles; membrane, container: surfaces
-    or None; box: sides [3] of the box, or None where there are none to draw; period [3], 0 where it is open.
+    trajectory, a range; times [frame]; frames: their count; all_times: of all frames of the trajectory; rods: the
+    chosen ensembles; membrane, container: surfaces or None; box: sides [3] of the box, or None where there are none to
+    draw; period [3], 0 where it is open.
     """
 
     def __init__(self, run: xr.DataTree, selection: Selection) -> None:
@@ -50,8 +52,8 @@ class Content:
         every = next(iter(chosen.values()))
         self.numbers = selection.numbers(every.sizes["frame"])
         self.frames = len(self.numbers)
-        all_times = every["time"].values
-        self.times: np.ndarray = all_times[np.asarray(self.numbers)]
+        self.all_times: np.ndarray = every["time"].values
+        self.times: np.ndarray = self.all_times[np.asarray(self.numbers)]
         self.period, self.box = np.array(self.scene.period), sides_of(self.scene)
         self.rods = [
             Rods(name, data, self.numbers, self.colour, _radius(self.scene, data), self.period)
@@ -60,8 +62,8 @@ class Content:
         if not any(rods.coloured for rods in self.rods):
             raise _no_colour(selection.colour, chosen)
         walls = self.scene.box.surface if self.scene.box else None
-        self.membrane = Sheet(self.scene.surface, all_times, self.numbers) if self.scene.surface else None
-        self.container = Sheet(walls, all_times, self.numbers) if walls else None
+        self.membrane = Sheet(self.scene.surface, self.all_times, self.numbers) if self.scene.surface else None
+        self.container = Sheet(walls, self.all_times, self.numbers) if walls else None
 
     @property
     def metres(self) -> float:
@@ -73,6 +75,21 @@ class Content:
         """One unit of time in seconds; None where the scene does not say."""
         units = self.scene.units
         return float(units.scale.units["time"]) if units and units.time else None
+
+    def named(self, name: str, product: str) -> str:
+        """A name and units such as "length/time" as on plots: in SI where the scene has these units."""
+        return named(name, self.scene.units.scale.in_si(product) if self.scene.units else product)
+
+    @property
+    def label(self) -> str:
+        """What is written beside the bar of the colours: the quantity and its units."""
+        return self.named(self.colour.label, self.colour.unit)
+
+    @property
+    def spacing(self) -> float:
+        """The time between frames of the trajectory."""
+        steps = np.diff(self.all_times)
+        return float(np.median(steps)) if len(steps) else float(self.scene.time.save_every)
 
     @property
     def edges(self) -> np.ndarray:

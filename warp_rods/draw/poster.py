@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.content import Content
-from warp_rods.draw.lettering import Canvas, clock, length_text, round_length
+from warp_rods.draw.lettering import Canvas, length_text, round_length
 from warp_rods.draw.picture import Painter
 from warp_rods.draw.view import view_of
 from warp_rods.progress import with_progress
@@ -47,8 +48,9 @@ def _poster(shown: Content) -> Canvas:
         whole[top : top + height, x : x + width] = painter.paint(frame)
     canvas = Canvas(whole, _TEXT)
     canvas.write(_MARGIN, _MARGIN, _shortened(canvas, shown.title, WIDTH - 2 * _MARGIN, 1.2), size=1.2)
+    clock = clock_of(shown)
     for x, frame in zip(places, frames, strict=True):
-        canvas.write(x + width / 2, top + height + 0.5 * _TEXT, clock(shown, frame), "ma")
+        canvas.write(x + width / 2, top + height + 0.5 * _TEXT, clock.text(shown.times[frame]), "ma")
     legend(canvas, painter, shown, frames[-1], _MARGIN, WIDTH - _MARGIN, whole.shape[0] - _MARGIN)
     return canvas
 
@@ -60,9 +62,10 @@ def legend(
     y, width = bottom - 1.9 * canvas.text, min(0.22 * (right - left), 16 * canvas.text)
     length = round_length(0.14 * (right - left) / painter.scale * shown.metres) / shown.metres
     canvas.scale_bar(left, y + 0.3 * canvas.text, length * painter.scale, length_text(length, shown))
-    right = canvas.colour_bar(right, y, width, shown.scale(frame))
+    right = canvas.colour_bar(right, y, width, shown.scale(frame), shown.label)
     if painter.curvature:
-        canvas.curvature_bar(right - 2 * canvas.text, y, width, painter.curvature)
+        label = shown.named("Gaussian curvature of membrane", "1/length^2")
+        canvas.curvature_bar(right - 2 * canvas.text, y, width, painter.curvature, label)
 
 
 def _shortened(canvas: Canvas, text: str, width: float, size: float) -> str:
@@ -84,13 +87,13 @@ def pictures(shown: Content, width: int, height: int, what: str = "pictures") ->
     """The pictures of all frames, of this size, with clock, scale bar and colour bar."""
     text = round(max(height / 36, 11))
     margin, low = text, round(_LEGEND * text)
-    view = view_of(shown)
+    view, clock = view_of(shown), clock_of(shown)
     painter = Painter(shown, view, width - 2 * margin, height - 2 * margin - low)
     for frame in with_progress(range(shown.frames), what):
         whole = np.full((height, width, 3), 255, np.uint8)
         whole[margin : height - margin - low, margin : width - margin] = painter.paint(frame)
         canvas = Canvas(whole, text)
-        canvas.write(margin, margin, clock(shown, frame))
+        canvas.write(margin, margin, clock.text(shown.times[frame]))
         legend(canvas, painter, shown, frame, margin, width - margin, height - margin / 2)
         yield canvas
 

@@ -1,8 +1,7 @@
 """Simularium, for the viewer at simularium.allencell.org: rods as fibres; the binary form of the format, version 2.
 
-Lengths are scaled so that the longest edge of the box is 100, as the viewer expects; ``spatialUnits`` says by how much. Units without
-a name are those of a scene that has none.
-The format has no meshes of its own, so that membranes are left out.
+Lengths are scaled so that the longest edge of the box is 100, as the viewer expects; ``spatialUnits`` says by how much.
+Units without a name are those of a scene that has none. The format has no meshes of its own: membranes are left out.
 https://github.com/simularium/simulariumio/blob/main/file_format.md
 """
 

@@ -9,7 +9,6 @@ class Player {
   constructor(facts, scene, camera) {
     Object.assign(this, { facts, scene, camera, frame: 0, playing: false, last: 0 });
     this.rate = Math.max(10, Math.min(30, facts.times.length / SECONDS));
-    this.digits = decimals(facts.times);
     element("frame").max = facts.times.length - 1;
     element("frame").oninput = (event) => this.go(Number(event.target.value), false);
     element("play").onclick = () => this.toggle();
@@ -33,7 +32,8 @@ class Player {
     this.scene.show(this.frame);
     this.camera.follow(this.frame);
     element("frame").value = this.frame;
-    element("time").textContent = `t = ${this.facts.times[this.frame].toFixed(this.digits)}`;
+    const { factor, decimals, unit } = this.facts.clock;
+    element("time").textContent = `t = ${(this.facts.times[this.frame] * factor).toFixed(decimals)}${unit}`;
     this.limits();
     this.toggle(playing);
     this.stale = true;
@@ -130,12 +130,6 @@ class Player {
 function inMetres(length) {
   const [one, name] = UNITS.find(([size]) => length >= size * (1 - 1e-9)) || UNITS.at(-1);
   return `${number(length / one)} ${name}`;
-}
-
-// Decimals that tell the times of neighbouring frames apart.
-function decimals(times) {
-  const steps = times.slice(1).map((t, i) => t - times[i]).filter((step) => step > 0);
-  return steps.length ? Math.max(0, Math.min(9, Math.ceil(-Math.log10(Math.min(...steps)) - 1e-9))) : 3;
 }
 
 async function start() {

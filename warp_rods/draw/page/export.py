@@ -7,12 +7,14 @@ import json
 import logging
 import re
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import colour_map
 from warp_rods.draw.page.encoding import (
     LEVELS,
@@ -112,8 +114,9 @@ def _facts(content: Content, frames: range) -> dict[str, Any]:
     colours = colour_map(content.colour.map_name)(np.linspace(0.0, 1.0, LEVELS))[:, :3]
     return {
         "metres": content.metres if content.scene.units else None,
+        "clock": asdict(clock_of(content)),
         "times": [float(f"{content.times[frame]:.9g}") for frame in frames],
-        "colour": {"label": content.colour.text, "ticks": [_short(scale.ticks(3)) for scale in scales]},
+        "colour": {"label": content.label, "ticks": [_short(scale.ticks(3)) for scale in scales]},
         "map": np.rint(255 * colours).astype(int).tolist(),
         "lacking": LACKING,
         "view": _view(content, frames),

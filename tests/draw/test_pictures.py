@@ -14,7 +14,7 @@ from warp_rods.draw.poster import WIDTH
 from warp_rods.draw.scale import LACKING, Scale, scale_of
 from warp_rods.draw.selection import Selection, parse_frames, parse_span
 from warp_rods.draw.view import View, view_of
-from warp_rods.errors import SceneError
+from warp_rods.errors import SceneError, WarpRodsError
 
 
 @pytest.fixture(scope="module")
@@ -154,6 +154,43 @@ def test_scales():
     np.testing.assert_allclose(energy.ticks(3), [0, 1, 4])
     angle = scale_of(COLOURS["heading"], np.zeros(1))
     np.testing.assert_allclose(angle.rgb(np.array([-np.pi])), angle.rgb(np.array([np.pi])), atol=0.02)
+
+
+def test_scales_of_few_values_and_of_constants():
+    """98 % of zeros leave the others their range; constants are in the middle, and round-off is no range."""
+    few = np.concatenate([np.zeros(980), [5.0], np.zeros(19)])
+    ends = {}
+    for name in ("tension", "energy_density", "speed"):
+        scale = scale_of(COLOURS[name], few)
+        ends[name] = scale.low, scale.high
+    assert ends == {"tension": (-5.0, 5.0), "energy_density": (0.0, 5.0), "speed": (0.0, 5.0)}
+    for value in (5e-7, 3.0, 3e8):
+        scale = scale_of(COLOURS["speed"], value * (1 + 1e-15 * np.arange(-3, 3)))
+        assert (scale.low, scale.high) == (0.0, pytest.approx(2 * value))
+        assert scale.fraction(np.array([value]))[0] == pytest.approx(0.5)
+        assert scale_of(COLOURS["twist"], np.full(5, -value)).low == -value
+    noise = 1e-17 * np.random.default_rng(1).normal(size=1000)
+    scale = scale_of(COLOURS["twist"], noise, round_off=1e-12)
+    np.testing.assert_allclose(scale.fraction(noise), 0.5, atol=1e-12)
+    rods = scale_of(COLOURS["rod"], np.repeat(np.arange(100.0), 17))
+    assert (rods.low, rods.high) == (0.0, 99.0)
+
+
+def test_twist_of_round_off_has_one_colour(tmp_path, monkeypatch):
+    write_run(tmp_path)
+    shown = content(tmp_path, Selection(("cell",), colour="twist"))
+    noise = 1e-15 * np.random.default_rng(1).normal(size=(FRAMES, 2, 17))
+    monkeypatch.setattr(shown.rods[0], "values", lambda frame: noise[frame])
+    assert np.ptp(shown.scale(0).rgb(noise), axis=(0, 1, 2)).max() < 0.01
+
+
+def test_a_run_of_one_frame_has_no_speed(tmp_path):
+    """It is said, and not drawn grey."""
+    write_run(tmp_path, frames=1)
+    with pytest.raises(
+        WarpRodsError, match=r"colour = 'speed': the trajectory of .* has one frame, and speed needs 2;"
+    ):
+        content(tmp_path, Selection(colour="speed"))
 
 
 def test_lost_rods_stay_and_are_grey(tmp_path):

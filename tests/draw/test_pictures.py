@@ -8,7 +8,7 @@ from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
-from warp_rods.draw.lettering import round_length
+from warp_rods.draw.lettering import Canvas, round_length
 from warp_rods.draw.picture import FINER, Painter
 from warp_rods.draw.poster import WIDTH
 from warp_rods.draw.scale import LACKING, Scale, scale_of
@@ -41,6 +41,21 @@ def test_the_poster_has_lit_tubes_on_white(run):
         assert (np.ptp(panel, axis=-1) > 60).sum() > 500
     again = EXPORTERS["poster"].export(run, run / "again.png")
     assert again.read_bytes() == (run / "poster.png").read_bytes()
+
+
+@pytest.mark.parametrize(("span", "bars"), [("run", 1), ("frame", 3)])
+def test_each_range_of_a_poster_has_its_bar(run, tmp_path, monkeypatch, span, bars):
+    """Three panels with ranges of their own have a bar each, below it."""
+    drawn = []
+    whole = Canvas.colour_bar
+    monkeypatch.setattr(Canvas, "colour_bar", lambda self, *bar: drawn.append(bar) or whole(self, *bar))
+    picture = pixels(EXPORTERS["poster"].export(run, tmp_path / "poster.png", Selection(span=span)))
+    assert len(drawn) == len({(scale.low, scale.high) for *_, scale, _ in drawn}) == bars
+    shown = content(run, Selection(span=span))
+    assert [bar[3] for bar in drawn] == [shown.scale(frame) for frame in (0, 2, 5)[:bars]]
+    for right, y, width, *_ in drawn if bars == 3 else ():
+        strip = picture[round(y) + 5, round(right - width) : round(right)].astype(int)
+        assert (np.ptp(strip, axis=-1) > 40).mean() > 0.8  # viridis
 
 
 @pytest.mark.parametrize("radius", [3.0, 12.0])

@@ -1,5 +1,7 @@
 """Pictures: posters, stills and films of a small run, opened again; capsules against a closed form."""
 
+import logging
+
 import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
@@ -206,6 +208,17 @@ def test_a_run_of_one_frame_has_no_speed(tmp_path):
         WarpRodsError, match=r"colour = 'speed': the trajectory of .* has one frame, and speed needs 2;"
     ):
         content(tmp_path, Selection(colour="speed"))
+
+
+@pytest.mark.parametrize("name", ["poster", "gif", "html", "vtkhdf", "usd"])
+def test_a_membrane_that_cannot_be_followed_is_said_once(tmp_path, caplog, name):
+    """Its radius jumps from one frame to the next by more than a mesh follows."""
+    radius = "1.0 + 2.0*(1 + tanh(100*(t - 0.25)))"
+    write_run(tmp_path, surface=f'kind = "sphere"\nradius = "{radius}"')
+    with caplog.at_level(logging.WARNING):
+        EXPORTERS[name].export(tmp_path)
+    said = [record.message for record in caplog.records if "cannot follow" in record.message]
+    assert len(said) == 1 and said[0].startswith("t = 0.3: ") and "time.save_every" in said[0]
 
 
 def test_lost_rods_stay_and_are_grey(tmp_path):

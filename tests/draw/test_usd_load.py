@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from examples.drawn import freeze
 
+from warp_rods.draw.content import content
+from warp_rods.draw.picture import Painter
+from warp_rods.draw.scale import linear
+from warp_rods.draw.sheet import curvature_colours
 from warp_rods.draw.usd.export import export_usd
+from warp_rods.draw.view import view_of
 from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.trajectory import FILAMENT_VARIABLES, STORE, GroupSpec, TrajectoryWriter
 
@@ -97,6 +102,27 @@ def test_mesh_has_its_curvatures(stage):
         assert primvar.GetTypeName() == ("float2[]" if values.ndim == 2 else "float[]")
         assert "1/length" in primvar.GetAttr().GetDocumentation()
         np.testing.assert_allclose(np.array(primvar.Get()), values, rtol=0, atol=1e-5)
+
+
+def test_mesh_has_the_colours_of_the_poster(run, stage):
+    """Red outside of the torus, blue inside; with the opacity of its material, which reads the colours."""
+    from pxr import UsdGeom, UsdShade
+
+    shown, mesh = content(run), UsdGeom.Mesh(stage.GetPrimAtPath("/World/Membrane"))
+    colour, opacity = mesh.GetDisplayColorPrimvar(), mesh.GetDisplayOpacityPrimvar()
+    assert (colour.GetInterpolation(), opacity.GetInterpolation()) == ("vertex", "constant")
+    rgb, points = np.array(colour.Get()), np.array(mesh.GetPointsAttr().Get())
+    largest = Painter(shown, view_of(shown), 60, 40).curvature
+    expected = linear(curvature_colours(np.clip(shown.membrane.curvatures(0).gaussian / largest, -1, 1)))
+    np.testing.assert_allclose(rgb, expected, atol=1e-6)
+    outside = np.hypot(points[:, 0], points[:, 1]) > MAJOR + 0.1
+    assert (rgb[outside, 0] > rgb[outside, 2]).all()
+    material, _ = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()
+    shader, _, _ = material.ComputeSurfaceSource()
+    source, _, _ = shader.GetInput("diffuseColor").GetConnectedSource()
+    assert UsdShade.Shader(source.GetPrim()).GetInput("varname").Get() == "displayColor"
+    assert list(opacity.Get()) == [pytest.approx(shader.GetInput("opacity").Get())]
+    assert mesh.GetPrim().GetCustomDataByKey("colour")["high"] == pytest.approx(largest)
 
 
 def test_arrows_show_all_loads_on_one_scale(run, stage):

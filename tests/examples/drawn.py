@@ -12,6 +12,7 @@ from warp_rods.simulation.trajectory import (
 )
 
 FRAMES = 6
+SPHERE = 'kind = "sphere"\nradius = 1.0'
 SCENE = """
 title = "Rods on a ball"
 {extra}
@@ -30,8 +31,7 @@ nodes = 17
 bend = 5e-3
 twist = 1e-3
 [surface]
-kind = "sphere"
-radius = 1.0
+{surface}
 [time]
 end = 1.0
 save_every = {save_every}
@@ -59,12 +59,13 @@ def write_run(
     frames: int = FRAMES,
     step: float = 0.1,
     save_every: float = 0.1,
+    surface: str = SPHERE,
 ) -> None:
     """Write frames a ``step`` apart; rod 1 of "sensors" is lost at frame ``fail_at``. extra: tables of the scene."""
     groups = {"sensors": GroupSpec(4, 9, FILAMENT_VARIABLES), "cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}
     attributes = {
         "title": "Rods on a ball",
-        "scene": SCENE.format(extra=extra, save_every=save_every),
+        "scene": SCENE.format(extra=extra, save_every=save_every, surface=surface),
         "scene_hash": "abc",
     }
     writer = TrajectoryWriter.create(folder / STORE, groups, attributes)

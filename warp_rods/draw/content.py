@@ -83,7 +83,11 @@ class Content:
 
     def named(self, name: str, product: str) -> str:
         """A name and units such as "length/time" as on plots: in SI where the scene has these units."""
-        return named(name, self.scene.units.scale.in_si(product) if self.scene.units else product)
+        return named(name, self.in_si(product))
+
+    def in_si(self, product: str) -> str:
+        """Units such as "length/time" as a number and a unit in SI, where the scene has these units."""
+        return self.scene.units.scale.in_si(product) if self.scene.units else product
 
     @property
     def label(self) -> str:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from warp_rods.draw.content import Content
-from warp_rods.draw.picture import curvature_colours
 from warp_rods.draw.scale import Scale
+from warp_rods.draw.sheet import curvature_colours
 
 __all__ = ["Canvas", "length_text", "round_length"]
 

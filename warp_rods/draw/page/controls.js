@@ -13,7 +13,11 @@ class Player {
     element("frame").oninput = (event) => this.go(Number(event.target.value), false);
     element("play").onclick = () => this.toggle();
     window.onkeydown = (event) => this.key(event);
-    this.colourBar();
+    this.colourBar("colours", facts.colour.label, facts.map);
+    if (facts.curvature) {
+      this.colourBar("curvature", facts.curvature.label, facts.curvature.map);
+      this.limits("curvature", facts.curvature.ticks);
+    }
     this.mouse(scene.canvas);
     new ResizeObserver(() => this.resize()).observe(scene.canvas);
     this.go(0, facts.times.length > 1);
@@ -34,7 +38,7 @@ class Player {
     element("frame").value = this.frame;
     const { factor, decimals, unit } = this.facts.clock;
     element("time").textContent = `t = ${(this.facts.times[this.frame] * factor).toFixed(decimals)}${unit}`;
-    this.limits();
+    this.limits("colours", this.facts.colour.ticks);
     this.toggle(playing);
     this.stale = true;
   }
@@ -68,17 +72,16 @@ class Player {
     this.stale = true;
   }
 
-  colourBar() {
-    const { colour, map } = this.facts;
-    element("quantity").textContent = colour.label;
-    const context = element("bar").getContext("2d");
+  colourBar(id, label, map) {
+    element(id).hidden = false;
+    element(id).querySelector("figcaption").textContent = label;
+    const context = element(id).querySelector("canvas").getContext("2d");
     map.forEach((rgb, i) => { context.fillStyle = `rgb(${rgb})`; context.fillRect((i * 256) / map.length, 0, 2, 1); });
   }
 
-  limits() {
-    const ticks = this.facts.colour.ticks;
-    ["low", "middle", "high"].forEach((id, i) => {
-      element(id).textContent = number(ticks[Math.min(this.frame, ticks.length - 1)][i]);
+  limits(id, ticks) {
+    element(id).querySelectorAll("span").forEach((span, i) => {
+      span.textContent = number(ticks[Math.min(this.frame, ticks.length - 1)][i]);
     });
   }
 

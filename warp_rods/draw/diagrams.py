@@ -6,14 +6,13 @@ words the commonest. Failed and lost points are crosses, points that had not set
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.averages import MISSING, mean_or_commonest
 from warp_rods.analysis.motion_class import CLASSES
-from warp_rods.analysis.registry import FAILED
 from warp_rods.draw.labels import BAND, BLUE, plain_numbers
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
@@ -43,17 +42,9 @@ def diagram(axes: Any, data: xr.Dataset, name: str) -> Any:
 
 
 def over_seeds(values: xr.DataArray) -> xr.DataArray:
-    """The mean of a number over the seeds, the commonest of words."""
-    if not _is_words(values):
-        return values.where(np.isfinite(values)).mean(SEED, keep_attrs=True)
-    words = values.transpose(..., SEED).to_numpy().astype(str)
-    flat = [_commonest(row) for row in words.reshape(-1, words.shape[-1])]
-    return values.isel({SEED: 0}).copy(data=np.array(flat, dtype=object).reshape(words.shape[:-1]))
-
-
-def _commonest(words: Iterable[str]) -> str:
-    names, counts = np.unique([w for w in words if w], return_counts=True)
-    return str(names[counts.argmax()]) if len(names) else ""
+    """The mean of a number over the seeds, the commonest of words, of those that were measured."""
+    values = values.transpose(..., SEED)
+    return values.isel({SEED: 0}).copy(data=mean_or_commonest(values.to_numpy()))
 
 
 def _is_words(values: xr.DataArray) -> bool:
@@ -62,7 +53,7 @@ def _is_words(values: xr.DataArray) -> bool:
 
 def classes_in(values: xr.DataArray) -> list[str]:
     """The words that occur, classes of motion in their order."""
-    found = set(np.unique(values.to_numpy().astype(str))) - {"", FAILED}
+    found = set(np.unique(values.to_numpy().astype(str))) - set(MISSING)
     return [word for word in KNOWN if word in found] + sorted(found - set(KNOWN))
 
 

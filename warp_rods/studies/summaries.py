@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.averages import commonest
 from warp_rods.analysis.described import described
 from warp_rods.analysis.listing import MEMBRANE, Measure
 from warp_rods.analysis.motion_class import FEWEST, STRAIGHT
@@ -49,11 +50,6 @@ def _late_rms(found: xr.DataArray) -> xr.DataArray:
 
 def _last(found: xr.DataArray) -> xr.DataArray:
     return found.isel(frame=-1).drop_vars("time", errors="ignore")
-
-
-def _commonest(words: np.ndarray) -> str:
-    names, counts = np.unique(words.astype(str), return_counts=True)
-    return str(names[np.argmax(counts)])
 
 
 def _midpoint_gauss(data: xr.Dataset) -> xr.DataArray:
@@ -184,7 +180,7 @@ def _over_rods(values: xr.DataArray, sound: np.ndarray, rods: int, points: int, 
     given = values.to_numpy()
     for point in np.unique(of_point):
         mine = given[of_point == point]
-        whole[point] = _commonest(mine) if words else summary.over_rods(mine, axis=0)
+        whole[point] = commonest(mine) if words else summary.over_rods(mine, axis=0)
     return xr.DataArray(whole, dims=("point", *values.dims[1:]), coords=_without_rod(values), attrs=values.attrs)
 
 

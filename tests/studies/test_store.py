@@ -29,6 +29,7 @@ def test_results_are_labelled_and_read_by_xarray(tmp_path):
     plan = Plan(cells())
     store = store_of(plan, tmp_path, (3, 3, 2))
     assert store.dims == ("swimmers.cell.bend", "swimmers.cell.moment", "seed") and store.shape == (4, 3, 2)
+    assert sorted(store.columns, key=lambda one: one.name) == sorted(COLUMNS, key=lambda one: one.name)
     assert len(list(store.chunks())) == 2
     points = [(3, 0, 1), (3, 2, 0)]
     values = {"state": [1, 2], "class": ["U", "flapping"], "speed": [0.5, np.nan], "modes": np.ones((2, 2, 3))}

@@ -19,6 +19,7 @@ from warp_rods.studies.batches import batch_tables, why_not
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan, columns_of
 from warp_rods.studies.points import assumes, measured
+from warp_rods.studies.probes import refuse_other_dimensions
 from warp_rods.studies.record import Record, bytes_of_a_rod, still
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
@@ -128,11 +129,13 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
 
 
 def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
-    """All measures of a point in which nothing moves, for their names and shapes; raises SceneError."""
+    """All measures of a point in which nothing moves, for their names and dimensions; raises SceneError."""
     try:
-        return measured(plan, still(simulation), 1, simulation.surfaces["surface"])
+        found = measured(plan, still(simulation), 1, simulation.surfaces["surface"])
     except ValueError as error:
         raise SceneError(f"sweep.measure: {error}") from None
+    refuse_other_dimensions(plan, simulation, found)
+    return found
 
 
 def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> float:

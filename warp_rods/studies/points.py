@@ -14,11 +14,11 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.storage import StorageError
 from warp_rods.studies.batches import batch_tables
-from warp_rods.studies.plan import Index, Plan
+from warp_rods.studies.plan import Index, Plan, Wanted, columns_of
 from warp_rods.studies.record import Record
-from warp_rods.studies.summaries import each_point, settled
+from warp_rods.studies.summaries import each_point, of_all, settled
 
-__all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "each_alone", "measured"]
+__all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "assumes", "each_alone", "measured", "taken"]
 
 COMPUTED, LOST, FAILED = 1, 2, 3
 """States of a point: measured; all its rods lost, or one where a run would stop; not possible to simulate."""
@@ -79,8 +79,8 @@ def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Result
     record = Record(simulation, plan.needs)
     try:
         for _ in simulation.advance():
-            if stops and simulation.frozen:
-                break
+            if stops and simulation.frozen and not simulation.own_steps:
+                break  # rods that do not feel each other go on, as they do in a batch
             simulation.new_failures()
     except RodFailure:
         pass  # what was lost is in the data
@@ -137,33 +137,37 @@ def _results(
     """What the trajectory of points, whose rods follow each other, has to tell."""
     count, (number, rods) = len(points), lost
     dead = (number > 0) if stops else (number == rods)
+    told = [settled(group.to_dataset(), count) for group in data.children.values()]
     values: dict[str, np.ndarray] = {
         "state": np.where(dead, LOST, COMPUTED).astype(np.int8),
         "lost": number.astype(np.int32),
-        "settled": np.min([settled(group.to_dataset(), count) for group in data.children.values()], axis=0),
+        "settled": np.where(dead, -1, of_all(told)).astype(np.int8),
         "message": np.full(count, "", dtype=object),
     }
     if plan.sweep.keep == "trajectory":
         values["trajectory"] = np.full(count, "", dtype=object)
-    for name, array in ({} if dead.all() else measured(plan, data, count, surface)).items():
-        values[name] = array.to_numpy()
-        if dead.any():
-            values[name] = values[name].copy()
-            values[name][dead] = "failed" if values[name].dtype == object else np.nan
+    found = {} if dead.all() else measured(plan, data, count, surface)
+    columns = plan.columns or columns_of(found, assumes(plan, found))
+    values |= {column.name: column.filled(found.get(column.name), dead) for column in columns}
     return Results(points, values, {})
 
 
 def measured(plan: Plan, data: xr.DataTree, count: int, surface: Any) -> dict[str, xr.DataArray]:
-    """All measures at so many points [point, …]."""
+    """All measures at so many points [point, …]; the attribute ``measure`` of each is its name in the sweep."""
     found: dict[str, xr.DataArray] = {}
     for wanted in plan.wanted:
-        group = data[wanted.ensemble].to_dataset() if wanted.ensemble else data
-        each = each_point(wanted.name, wanted.summary, group, count, surface)
-        found |= {wanted.prefix + name: values for name, values in each.items()}
+        found |= taken(wanted, data, count, surface)
     return found
 
 
-def assumes(plan: Plan, found: Mapping[str, Any]) -> dict[str, bool]:
+def taken(wanted: Wanted, data: xr.DataTree, count: int, surface: Any) -> dict[str, xr.DataArray]:
+    """The variables of one measure at so many points [point, …]."""
+    group = data[wanted.ensemble].to_dataset() if wanted.ensemble else data
+    each = each_point(wanted.name, wanted.summary, group, count, surface)
+    return {wanted.prefix + name: values for name, values in each.items()}
+
+
+def assumes(plan: Plan, found: Mapping[str, xr.DataArray]) -> dict[str, bool]:
     """Which variables assume a settled motion."""
-    rows = {wanted.prefix + wanted.name: wanted.summary.settled for wanted in plan.wanted}
-    return {name: next((yes for key, yes in rows.items() if name.startswith(key)), True) for name in found}
+    rows = {wanted.name: wanted.summary.settled for wanted in plan.wanted}
+    return {name: rows[values.attrs["measure"]] for name, values in found.items()}

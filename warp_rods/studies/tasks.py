@@ -122,4 +122,5 @@ def _opened(folder: str) -> tuple[Plan, Store, int]:
 @lru_cache(maxsize=2)
 def _read(folder: str, _stamp: int) -> tuple[Plan, Store, int]:
     store = Store(Path(folder) / STORE)
-    return Plan(Scene.load(Path(folder) / SCENE), store.dims), store, int(store.attributes["points_in_a_batch"])
+    plan = Plan(Scene.load(Path(folder) / SCENE), store.dims, store.columns)
+    return plan, store, int(store.attributes["points_in_a_batch"])

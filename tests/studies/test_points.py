@@ -89,6 +89,16 @@ def test_points_that_cannot_be_rods_of_a_batch_are_simulated_alone(reason):
     assert reason in why_not(plan.scene, plan.paths, Simulation(plan.scene_at((0, 0)), "cpu"))
 
 
+def test_warnings_of_a_point_are_in_its_message_alone_and_in_a_batch():
+    """17 nodes are few for any swimmer, and how many a soft one needs depends on its stiffness."""
+    plan = Plan(cells({"swimmers.cell.bend": [1e-5, 1e-4, 1e-3], "swimmers.cell.moment": [0.0], "measure": ["speed"]}))
+    points = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (2, 0, 0)]
+    said = as_rods(plan, points, "cpu").values["message"]
+    assert all(line.startswith("warning: cell: 17 nodes are") for line in said) and said[1] == said[2]
+    assert "β⊥ = 1e-05" in said[0] and "β⊥ = 0.0001" in said[1] and "β⊥" not in said[3]
+    assert [one.values["message"][0] for one in each_alone(plan, points, "cpu")] == said.tolist()
+
+
 def with_columns(scene: Scene) -> Plan:
     """The plan of a study whose store has the measures of the first point."""
     plan = Plan(scene)
@@ -144,7 +154,7 @@ def test_lost_rods_are_told_with_reason_and_do_not_change_the_others():
     plan = Plan(Scene.parse({"swimmers": [CELL], "time": TIME, "sweep": sweep}))
     both, one = as_rods(plan, [(0, 0), (1, 0)], "cpu"), as_rods(plan, [(0, 0)], "cpu")
     assert both.values["state"].tolist() == [COMPUTED, LOST] and both.values["lost"].tolist() == [0, 1]
-    assert "cell: rod 0" in both.values["message"][1] and not both.values["message"][0]
+    assert "cell: rod 0" in both.values["message"][1] and "cell: rod 0" not in both.values["message"][0]
     assert np.isnan(both.values["speed"][1]) and both.values["class"][1] == "failed"
     same(both.values["speed"][:1], one.values["speed"])
     (alone,) = each_alone(plan, [(1, 0)], "cpu")

@@ -96,10 +96,7 @@ def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
     layout = Layout(scene, device, *build_surfaces(scene), seeds=tuple(seeds))
     layout.notes += lines_of_units(scene)
     _read_starts(layout)
-    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
-        notes, warnings = lines_on_data(scene, path, surface)
-        layout.notes += notes
-        layout.warnings += warnings
+    _tell_of_surfaces(layout)
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
@@ -121,6 +118,26 @@ def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
         layout.warnings += _steric_warnings(layout, scene.steric)
         layout.warnings += _own_images(scene, scene.steric.core)
     return layout
+
+
+def warnings_of_apart(scene: Scene, surface: Surface | None) -> list[str]:
+    """The warnings of ``lay_out`` of a scene whose rods do not feel each other, nor walls, without laying it out.
+
+    surface: its membrane. Raises SceneError as ``lay_out`` does.
+    """
+    layout = Layout(scene, None, surface)
+    _read_starts(layout)
+    _tell_of_surfaces(layout)
+    _choose_nodes(layout)
+    return layout.warnings
+
+
+def _tell_of_surfaces(layout: Layout) -> None:
+    """Notes and warnings on the files of the surfaces."""
+    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
+        notes, warnings = lines_on_data(layout.scene, path, surface)
+        layout.notes += notes
+        layout.warnings += warnings
 
 
 def _own_images(scene: Scene, core: float) -> list[str]:

@@ -11,6 +11,7 @@ import xarray as xr
 
 from warp_rods.errors import RodFailure, WarpRodsError
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.layout import warnings_of_apart
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.storage import StorageError
 from warp_rods.studies.batches import batch_tables
@@ -42,19 +43,31 @@ def as_rods(plan: Plan, points: Sequence[Index], device: str) -> Results:
         pass
     counts = _lost_rods(simulation, len(points))
     stops = plan.scene.on_failure == "stop"
-    found = _results(plan, list(points), record.data(), simulation.surfaces["surface"], counts, stops)
-    found.values["message"][:] = _losses(simulation, len(points))
+    surface = simulation.surfaces["surface"]
+    found = _results(plan, list(points), record.data(), surface, counts, stops)
+    lost, warned = _losses(simulation, len(points)), _warnings(plan, points, surface)
+    found.values["message"][:] = [_message(*lines) for lines in zip(lost, warned, strict=True)]
     return found
 
 
-def _losses(simulation: Simulation, points: int) -> list[str]:
+def _message(lost: Sequence[str], warned: Sequence[str]) -> str:
+    return "; ".join([*lost, *(f"warning: {line}" for line in warned)])
+
+
+def _warnings(plan: Plan, points: Sequence[Index], surface: Any) -> list[list[str]]:
+    """The warnings of the scene of each point. Those of the batch are about its worst rod, whichever point has that."""
+    found = {values: warnings_of_apart(plan.scene_at((*values, 0)), surface) for values in {p[:-1] for p in points}}
+    return [found[point[:-1]] for point in points]
+
+
+def _losses(simulation: Simulation, points: int) -> list[list[str]]:
     """What happened to the rods that each point has lost."""
     said: list[list[str]] = [[] for _ in range(points)]
     for name, ensemble in simulation.ensembles.items():
         for failure in ensemble.failures():
             point, rod = divmod(failure.rod, ensemble.count // points)
             said[point].append(f"{name}: rod {rod} {failure.what} at t = {failure.time:.6g}")
-    return ["; ".join(lines) for lines in said]
+    return said
 
 
 def each_alone(
@@ -84,7 +97,7 @@ def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Result
             simulation.new_failures()
     except RodFailure:
         pass  # what was lost is in the data
-    said = "; ".join([*filter(None, _losses(simulation, 1)), *simulation.new_warnings()])
+    said = _message(_losses(simulation, 1)[0], [*simulation.warnings, *simulation.new_warnings()])
     counts = _lost_rods(simulation, 1)
     found = _results(plan, [point], record.data(), simulation.surfaces["surface"], counts, stops)
     found.values["message"][0] = said

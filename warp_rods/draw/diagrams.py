@@ -1,7 +1,8 @@
 """Diagrams of studies: a measure over one swept key, or over two; functions ``(axes, data, name)``.
 
 ``data``: results of a study whose dimensions are the swept keys drawn and ``seed``. Numbers are means over the seeds,
-words the commonest. Failed and lost points are crosses, points that had not settled are open.
+words the commonest. Failed and lost points are crosses, points that had not settled are open circles, those of which it
+cannot be told open squares.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ KNOWN = dict(zip(CLASSES, OKABE_ITO, strict=False)) | {"irregular": GREY}
 """Colours of the classes of motion; other words get those that are left."""
 CROSS: dict[str, Any] = {"marker": "x", "color": "red", "linestyle": "none", "markersize": 2.5, "markeredgewidth": 0.8}
 OPEN: dict[str, Any] = {"marker": "o", "color": "black", "linestyle": "none", "markerfacecolor": "white"}
+UNTOLD = OPEN | {"marker": "s"}
 DOT: dict[str, Any] = {"marker": "o", "color": "black", "linestyle": "none", "markeredgewidth": 0}
 
 
@@ -65,16 +67,17 @@ def colour_of(word: str, words: list[str]) -> str:
 
 
 class Marks:
-    """Which points are computed, not settled, and failed."""
+    """Which points are computed, not settled, perhaps not settled, and failed."""
 
     def __init__(self, data: xr.Dataset, assumes: bool):
-        state = data["state"]
+        state, settled = data["state"], data["settled"]
         good = state == COMPUTED
         self.failed = (state > COMPUTED).any(SEED).to_numpy()
         self.computed = good.any(SEED).to_numpy()
-        loose = (good & (data["settled"] == 0)).any(SEED).to_numpy() if assumes else np.zeros_like(self.computed)
+        loose, untold = ((good & assumes & (settled == code)).any(SEED).to_numpy() for code in (0, -1))
         self.open = loose & ~self.failed
-        self.sound = self.computed & ~self.open & ~self.failed
+        self.untold = untold & ~loose & ~self.failed
+        self.sound = self.computed & ~self.open & ~self.untold & ~self.failed
 
 
 def _marks(data: xr.Dataset, values: xr.DataArray) -> Marks:
@@ -140,11 +143,13 @@ def _points(axes: Any, marks: Marks, x: np.ndarray, y: np.ndarray, size: float =
     kinds = (
         (marks.sound, DOT | {"color": color}, None),
         (marks.open, OPEN, "not settled"),
+        (marks.untold, UNTOLD, "unknown if settled"),
         (marks.failed, CROSS, "failed or lost"),
     )
     for which, style, words in kinds:
         if which.any():
-            sizes = {} if style is CROSS else {"markersize": size, "markeredgewidth": 0.4 if style is OPEN else 0}
+            edge = 0.4 if "markerfacecolor" in style else 0.0
+            sizes = {} if style is CROSS else {"markersize": size, "markeredgewidth": edge}
             axes.plot(x[which], y[which], label=words, **style | sizes)
 
 

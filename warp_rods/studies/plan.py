@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -222,13 +221,6 @@ class Plan:
         """Variables of the trajectory that the measures need."""
         kinds = [kind for kind in ENSEMBLES if getattr(self.scene, kind)]
         return {"status"}.union(*(w.variables for w in self.wanted), *(OF_SETTLED[kind] for kind in kinds))
-
-
-def check_study(path: str | FilePath) -> str:
-    """What the sweep of the scene in a file is; raises SceneError for a value, or a measure, that is not possible."""
-    plan = Plan(Scene.load(path))
-    plan.check()
-    return f"a study of {plan.size}, for `warp-rods sweep`"
 
 
 def columns_of(found: Mapping[str, xr.DataArray], assumes: Mapping[str, bool]) -> list[Column]:

@@ -22,7 +22,17 @@ from warp_rods.analysis.registry import FAILED, MEASURES, named, take
 from warp_rods.analysis.settling import settling_time
 from warp_rods.analysis.shape import mode_coefficients
 
-__all__ = ["SETTLED", "SUMMARIES", "Summary", "of_all", "settled", "summary_of"]
+__all__ = [
+    "FEWEST_IN_QUARTER",
+    "SETTLED",
+    "SUMMARIES",
+    "Summary",
+    "each_point",
+    "frames_in_quarters",
+    "of_all",
+    "settled",
+    "summary_of",
+]
 
 BLOCK = 64
 """Rods that are measured together, always as many: round-off of sums and products depends on the shape of arrays."""
@@ -30,6 +40,8 @@ CHANGE = 0.05
 """Largest change of the modes of a settled motion from the third to the last quarter of the run, over their size."""
 MOST = 0.9
 """Share of the rods of a point that must have settled."""
+FEWEST_IN_QUARTER = FEWEST // 2
+"""Frames of a quarter of the run with which it can be told."""
 SETTLED = (
     f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by "
     f"less than {CHANGE:.0%} from the third to the last quarter of the run; filaments kept place in its last fifth"
@@ -209,8 +221,8 @@ def settled(data: xr.Dataset, points: int) -> np.ndarray:
     """Whether the motion of each point had settled [point]: 1 or 0, −1 where it cannot be told. See ``SETTLED``."""
     rods, time = data.sizes["rod"], data["time"].to_numpy()
     sound = np.flatnonzero(data["status"].isel(frame=-1).to_numpy() == 0)
-    late = [np.flatnonzero((time >= a) & (time <= b)) for a, b in _quarters(time)]
-    if not len(sound) or min(map(len, late)) < FEWEST // 2:
+    late = frames_in_quarters(time)
+    if not len(sound) or min(map(len, late)) < FEWEST_IN_QUARTER:
         return np.full(points, -1, dtype=np.int8)
     rule = _in_place if "gauss" in data else lambda part: _steady_modes(part, late)
     good = np.zeros(rods)
@@ -230,11 +242,11 @@ def of_all(told: Sequence[np.ndarray]) -> np.ndarray:
     return np.where((each == 0).any(axis=0), 0, each.min(axis=0))
 
 
-def _quarters(time: np.ndarray) -> list[tuple[float, float]]:
-    """The third and the last quarter."""
+def frames_in_quarters(time: np.ndarray) -> list[np.ndarray]:
+    """The frames of the third and of the last quarter of a run, by the times of all."""
     first, last = time[0], time[-1]
     at = [first + share * (last - first) for share in (0.5, 0.75, 1.0)]
-    return list(itertools.pairwise(at))
+    return [np.flatnonzero((time >= a) & (time <= b)) for a, b in itertools.pairwise(at)]
 
 
 def _in_place(data: xr.Dataset) -> np.ndarray:

@@ -9,10 +9,12 @@ import xarray as xr
 from examples.study import CELL, cells
 
 from warp_rods.draw.diagrams import Marks
+from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.studies.check import check_study
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Column, Plan
+from warp_rods.studies.plot import figure_of, opened, plot_study, plotted
 from warp_rods.studies.refine import levels
 from warp_rods.studies.status import status
 from warp_rods.studies.store import OWN, STORE, Store
@@ -123,3 +125,63 @@ def test_damaged_files_have_no_pace(tmp_path):
         file.write_bytes(file.read_bytes()[:-1] + b"x")
         os.utime(file, (stamp, stamp))
     assert "0 of 27 points done" in status(tmp_path) and "points/s" not in status(tmp_path)
+
+
+# --- diagrams --------------------------------------------------------------------------------------------------------
+
+
+def panels_of(store: Store, name: str) -> list:
+    """The panels of a figure of a measure, without the axes of the colour bar."""
+    return [axes for axes in figure_of(opened(store.path.parent), name).axes if axes.get_label() != "<colorbar>"]
+
+
+def test_lists_that_are_not_in_order_are_drawn_in_order(tmp_path):
+    plan = Plan(cells({"swimmers.cell.bend": [3e-3, 1e-3, 2e-3], "swimmers.cell.moment": [2.0, 0.0, 1.0], "seeds": 1}))
+    store = store_of(plan, tmp_path)
+    i, j = np.indices((3, 3))
+    bend, moment = np.array([3, 1, 2])[i], np.array([2, 0, 1])[j]
+    put(store, plan.first(), speed=(bend + 10 * moment)[..., None])
+    (axes,) = panels_of(store, "speed")
+    (mesh,) = axes.collections
+    x, y = mesh.get_coordinates()[..., 0], mesh.get_coordinates()[..., 1]
+    np.testing.assert_allclose(x[0], [0.5e-3, 1.5e-3, 2.5e-3, 3.5e-3])
+    np.testing.assert_allclose(y[:, 0], [-0.5, 0.5, 1.5, 2.5])
+    np.testing.assert_allclose(mesh.get_array().reshape(3, 3), [[1, 2, 3], [11, 12, 13], [21, 22, 23]])
+
+
+def cubes(folder, sizes: tuple[int, int, int] = (4, 4, 3), refine: int = 0, **sweep) -> tuple[Plan, Store]:
+    """A study of three keys, the third with few values."""
+    keys = ("swimmers.cell.bend", "swimmers.cell.moment", "swimmers.cell.twist")
+    ranges = {key: {"from": 1e-3, "to": 1e-2, "num": n} for key, n in zip(keys, sizes, strict=True)}
+    plan = Plan(cells(ranges | {"seeds": 1, "refine": refine} | sweep))
+    return plan, store_of(plan, folder)
+
+
+def test_a_panel_without_values_does_not_change_the_colours_of_the_others(tmp_path):
+    plan, store = cubes(tmp_path)
+    speed = np.broadcast_to(np.array([np.nan, 2.0, 5.0])[:, None], (4, 4, 3, 1))
+    put(store, plan.first(), speed=speed, **{"class": np.where(np.isnan(speed), "", "U").astype(object)})
+    assert [axes.collections[0].get_clim() for axes in panels_of(store, "speed")] == [(2.0, 5.0)] * 3
+    assert len(panels_of(store, "class")) == 3
+
+
+def test_panels_are_of_first_points_and_those_left_out_are_told(tmp_path):
+    """Of 12 values 9 are drawn; values between them that a refinement added are none of these."""
+    plan, store = cubes(tmp_path, (13, 13, 12), refine=1)
+    put(store, plan.first() | (np.indices(plan.shape)[:3].sum(axis=0) == 1), speed=1.0, **{"class": "U"})
+    titles = [axes.get_title() for axes in panels_of(store, "speed")]
+    first = {f"twist = {value:.4g}" for value in plan.axes[2].values[::2]}
+    assert len(titles) == 9 and set(titles) <= first
+    said = []
+    plot_study(tmp_path, ["speed"], tmp_path / "out", tell=said.append)
+    assert said == ["panels for 9 of 12 values of swimmers.cell.twist; 3 are left out"]
+
+
+def test_what_is_not_drawn_is_told(tmp_path):
+    plan = Plan(cells({"seeds": 1}))
+    modes = Column("modes", ("component", "mode"), (2, 6), {}, attributes={"units": "1", "long_name": "modes"})
+    put(store_of(plan, tmp_path, columns=[modes]), plan.first())
+    why = "modes: is not drawn, as it has values over component, mode at each point: read them from study.zarr"
+    assert [line.partition(" with")[0] for line in plotted(tmp_path, [])] == [why]
+    with pytest.raises(SceneError, match=why):
+        plotted(tmp_path, ["modes"])

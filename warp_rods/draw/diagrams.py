@@ -18,7 +18,7 @@ from warp_rods.draw.labels import BAND, BLUE, plain_numbers
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
 
-__all__ = ["SEED", "classes_in", "colour_of", "diagram"]
+__all__ = ["COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
 
 SEED = "seed"
 COMPUTED = 1
@@ -176,7 +176,7 @@ def _map(axes: Any, data: xr.Dataset, values: xr.DataArray, keys: list[str]) -> 
         axes.plot([], [], "s", color=colour_of(word, words), alpha=0.75, label=word)
     _set_axis(axes.xaxis, data, x)
     _set_axis(axes.yaxis, data, y)
-    return None if words else mesh
+    return None if _is_words(values) else mesh
 
 
 def _as_numbers(values: xr.DataArray, words: list[str]) -> np.ndarray:
@@ -192,7 +192,7 @@ def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list
 
     if not known.any():
         return np.full(values.shape, np.nan)
-    strides = [int(str(data[key].attrs.get("first_points", "every 1")).split()[-1]) for key in keys]
+    strides = [stride_of(data[key]) for key in keys]
     where = distance_transform_edt(
         ~known, sampling=[1 / s for s in strides], return_distances=False, return_indices=True
     )
@@ -201,6 +201,11 @@ def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list
     first[:: strides[0], :: strides[1]] = True
     filled[first & ~known] = np.nan
     return np.asarray(filled)
+
+
+def stride_of(key: xr.DataArray) -> int:
+    """Of the values of a key, every so-many-th is one of the first points, before refinement."""
+    return int(str(key.attrs.get("first_points", "every 1")).split()[-1])
 
 
 def _edges(places: np.ndarray, log: bool) -> np.ndarray:

@@ -17,6 +17,7 @@ from warp_rods.analysis.motion_class import CLASSES
 from warp_rods.draw.labels import BAND, BLUE, plain_numbers
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
+from warp_rods.values import shortened
 
 __all__ = ["COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
 
@@ -88,7 +89,7 @@ def _places(data: xr.Dataset, key: str) -> tuple[np.ndarray, bool, list[str]]:
     """Where the values of a key are on its axis, whether it is logarithmic, and labels where they are no numbers."""
     values = data[key].to_numpy()
     if values.dtype.kind in "UO":
-        return np.arange(len(values), dtype=float), False, [str(value) for value in values]
+        return np.arange(len(values), dtype=float), False, [shortened(str(value)) for value in values]
     return values.astype(float), data[key].attrs.get("scale") == "log", []
 
 

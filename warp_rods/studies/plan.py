@@ -24,6 +24,7 @@ __all__ = ["Column", "Plan", "Wanted", "columns_of"]
 MOST_CHECKED = 200
 """Values of an axis that are checked before a study begins; an impossible one among others fails by itself."""
 SAME = "and all points of a study have the same"
+LIST_THEM = "; list the values, such as [17, 25, 33], or give a linear range whose values are all whole numbers"
 MEASURE_RUNS = 'leave it out, give keep = "trajectory" and measure the runs, or give another measure'
 """What to try with a measure whose dimensions depend on the point."""
 Index = tuple[int, ...]
@@ -185,7 +186,8 @@ class Plan:
                 try:
                     Scene.parse(self.tables_at(point))
                 except SceneError as error:
-                    lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}')
+                    advice = LIST_THEM if axis.scale != "list" and "whole number" in str(error) else ""
+                    lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}{advice}')
                     break
         _ = self.wanted
         if lines:

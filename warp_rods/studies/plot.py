@@ -15,7 +15,7 @@ from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, stride_of
 from warp_rods.draw.labels import label as label_of
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.studies.store import OWN, STORE
-from warp_rods.values import nearest
+from warp_rods.values import nearest, shortened
 
 __all__ = ["plot_study"]
 
@@ -143,7 +143,7 @@ def figure_of(data: xr.Dataset, name: str) -> Any:
 
 def _title(key: str, value: object) -> str:
     """A value of a key of which each panel has one."""
-    return f"{key.split('.')[-1]} = {value:.4g}" if isinstance(value, float) else f"{key.split('.')[-1]} = {value}"
+    return f"{key.split('.')[-1]} = {f'{value:.4g}' if isinstance(value, float) else shortened(str(value))}"
 
 
 def _legend(figure: Any, panels: list[Any], meshes: list[Any], words: str) -> None:

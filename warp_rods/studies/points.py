@@ -56,8 +56,10 @@ def _message(lost: Sequence[str], warned: Sequence[str]) -> str:
 
 def _warnings(plan: Plan, points: Sequence[Index], surface: Any) -> list[list[str]]:
     """The warnings of the scene of each point. Those of the batch are about its worst rod, whichever point has that."""
-    found = {values: warnings_of_apart(plan.scene_at((*values, 0)), surface) for values in {p[:-1] for p in points}}
-    return [found[point[:-1]] for point in points]
+    places = list(dict.fromkeys(point[:-1] for point in points))  # seeds make no difference
+    found = warnings_of_apart([plan.scene_at((*place, 0)) for place in places], surface)
+    at = dict(zip(places, found, strict=True))
+    return [at[point[:-1]] for point in points]
 
 
 def _losses(simulation: Simulation, points: int) -> list[list[str]]:

@@ -30,7 +30,8 @@ def _warnings(plan: Plan) -> list[str]:
         return []
     what = f"{', '.join(names)} assume{'s' * (len(names) == 1)} a settled motion"
     advice = f"give time.save_every = time.end/{4 * FEWEST_IN_QUARTER} or less"
-    return [f"warning: {what}, which cannot be told with {fewest} frames in a quarter of the run: {advice}"]
+    few = f"{fewest} frame{'s' * (fewest != 1)}"
+    return [f"warning: {what}, which cannot be told with {few} in a quarter of the run: {advice}"]
 
 
 def _times(plan: Plan) -> list[np.ndarray]:

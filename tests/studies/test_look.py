@@ -29,7 +29,7 @@ def store_of(plan: Plan, folder, chunk=None, columns=(SPEED, CLASS)) -> Store:
     """A study in a folder of which no point is computed."""
     (folder / "scene.toml").write_text(plan.scene.to_toml())
     own = [name for name in OWN if name != "trajectory"]
-    return create(folder / STORE, plan.axes, columns, chunk or plan.shape, own, {}, {})
+    return create(folder / STORE, plan.axes, columns, chunk or plan.shape, own, {"scene": plan.scene.to_toml()}, {})
 
 
 def put(store: Store, mask: np.ndarray, **values) -> None:

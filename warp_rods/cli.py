@@ -158,12 +158,11 @@ def sweep(
         print(status_of(folder))
         return
     _start_warp()
-    from warp_rods.studies.sweep import parsed_part
     from warp_rods.studies.sweep import sweep as sweep_scene
 
     console = Console(markup=False, highlight=False)
     done = sweep_scene(
-        find_scene(scene), folder, device=device, scheduler=scheduler, workers=workers, part=parsed_part(part),
+        find_scene(scene), folder, device=device, scheduler=scheduler, workers=workers, part=part,
         overwrite=overwrite, console=console,
     )  # fmt: skip
     console.print(done.summary, soft_wrap=True)

@@ -48,3 +48,5 @@ def test_rods_are_seen_along_the_axis_of_least_extent_and_within_their_box():
     np.testing.assert_array_equal(rods[0, :, 0], np.arange(5))
     moved, _ = characters.projected(position + np.array([0, 0, 40]), np.array([np.inf, np.inf, 10.0]))
     np.testing.assert_array_equal(moved, rods)
+    beyond, _ = characters.projected(position + np.array([0, 0, 5]), np.array([np.inf, np.inf, 10.0]))
+    np.testing.assert_array_equal(beyond[0, :, 0], np.arange(5) - 5)  # the box is from -5 to 5, as in pictures

@@ -25,8 +25,16 @@ def test_every_exporter_is_an_option_with_its_file_name():
         assert f"--{name}" in text and exporter.file_name in text
 
 
-def test_usd_writes_the_animation():
-    assert EXPORTERS["usd"].file_name == "animation.usdc"
+def test_usd_writes_the_animation(tmp_path):
+    """Where the script for Blender looks for it; a file of USD that plays all frames."""
+    from pxr import Usd
+
+    write_run(tmp_path)
+    made = EXPORTERS["usd"].export(tmp_path)
+    stage = Usd.Stage.Open(str(made))
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, FRAMES - 1)
+    assert {prim.GetName() for prim in stage.GetPrimAtPath("/World/Ensembles").GetChildren()} == {"cell", "sensors"}
+    assert f'"{made.name}"' in EXPORTERS["blender"].export(tmp_path).read_text()
 
 
 @pytest.mark.parametrize("name", EXPORTERS)

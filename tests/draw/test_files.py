@@ -20,9 +20,9 @@ FILES = ("html", "vtkhdf", "gsd", "simularium", "wcon", "csv")
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run on a membrane in which rod 1 of "sensors" is lost at frame 4; one unit is 2.5 µm."""
+    """A run on a membrane in which rod 1 of "sensors" is lost at frame 4; one unit is 2.5 µm and 1 ms."""
     folder = tmp_path_factory.mktemp("run")
-    write_run(folder, '[units]\nlength = "2.5 um"', fail_at=FAILED)
+    write_run(folder, '[units]\nlength = "2.5 um"\ntime = "1 ms"', fail_at=FAILED)
     return folder
 
 
@@ -38,8 +38,9 @@ def near(found, expected, tolerance: float = 2e-6) -> None:
 
 
 def saved(shown, index: int) -> np.ndarray:
-    """Positions of an ensemble as saved, [frame, rod, node, 3]."""
-    return shown.rods[index].data["position"].values
+    """Positions of an ensemble as saved, [frame, rod, node, 3]; NaN where a rod is lost."""
+    data = shown.rods[index].data
+    return data["position"].where(data["status"] == 0).values
 
 
 def write_periodic(folder) -> None:
@@ -157,7 +158,7 @@ def test_mdanalysis_reads_gsd(run, shown):
 
 def test_simularium_reads_fibres(run, shown):
     pytest.importorskip("simulariumio", reason="simulariumio is not installed: pip install 'warp-rods[test]'")
-    from simulariumio import InputFileData
+    from simulariumio import InputFileData, UnitData
     from simulariumio.readers import SimulariumBinaryReader
 
     path = EXPORTERS["simularium"].write(shown, run / "rods.simularium")
@@ -166,6 +167,7 @@ def test_simularium_reads_fibres(run, shown):
     about, frames = read["trajectoryInfo"], read["spatialData"]["bundleData"]
     assert about["totalSteps"] == len(frames) == FRAMES and about["spatialUnits"]["name"] == "µm"
     assert {row["name"] for row in about["typeMapping"].values()} == {"cell", "sensors"}
+    assert UnitData.from_dict(about["timeUnits"]) == UnitData("ms")
     unit = about["spatialUnits"]["magnitude"] / 2.5  # of the file, in units of the scene
     assert max(about["size"].values()) == pytest.approx(100.0)
     for number, frame in enumerate(frames):
@@ -182,20 +184,30 @@ def test_simularium_reads_fibres(run, shown):
         assert at == len(values) and len(set(ids)) == 6
 
 
+def test_without_units_no_file_claims_any(tmp_path):
+    write_run(tmp_path)
+    bare = content(tmp_path)
+    wcon = json.loads(EXPORTERS["wcon"].export(tmp_path).read_text(encoding="utf-8"))
+    assert bare.seconds is None and set(wcon["units"].values()) == {"1"}
+    text = EXPORTERS["simularium"].export(tmp_path).read_bytes().decode("latin-1")
+    about, _ = json.JSONDecoder().raw_decode(text[text.index("{") :])
+    assert about["timeUnits"] == {"magnitude": 1.0, "name": ""} and about["spatialUnits"]["name"] == ""
+
+
 def test_wcon_obeys_the_published_schema(run, shown):
     """The schema of the Tracker Commons: units; each record an id, times, and as many rows of x and of y."""
     jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed: pip install 'warp-rods[test]'")
     path = EXPORTERS["wcon"].write(shown, run / "rods.wcon")
     file = json.loads(path.read_text(encoding="utf-8"))
     jsonschema.validate(file, WCON)
-    assert file["units"] == {"t": "1", "x": "2.5*um", "y": "2.5*um", "z": "2.5*um"}
+    assert file["units"] == {"t": "0.001*s", "x": "2.5*um", "y": "2.5*um", "z": "2.5*um"}
     own = [record for record in file["data"] if record["id"] == "sensors 2"]
     assert [record["t"] for record in own] == [[pytest.approx(time)] for time in TIMES]
     for axis, letter in enumerate("xyz"):
         found = np.array([record[letter][0] for record in own])
         near(found, saved(shown, 1)[:, 2, :, axis])
     lost = [record["x"][0] for record in file["data"] if record["id"] == "sensors 1"]
-    assert None not in lost[FAILED - 1] and lost[FAILED][3:] == [None] * 6
+    assert None not in lost[FAILED - 1] and lost[FAILED] == [None] * 9
 
 
 _NUMBERS = {"type": "array", "items": {"type": ["number", "null"]}}
@@ -244,7 +256,10 @@ def test_pandas_reads_the_table(run, shown):
     sensors = table[table.ensemble == "sensors"]
     places = sensors[["x", "y", "z"]].to_numpy().reshape(FRAMES, 4, 9, 3)
     near(places, saved(shown, 1), 1e-8)
-    near(sensors.energy_density.to_numpy().reshape(FRAMES, 4, 9), shown.rods[1].data["energy_density"].values, 1e-8)
+    data = shown.rods[1].data
+    density = data["energy_density"].where(data["status"] == 0).values
+    near(sensors.energy_density.to_numpy().reshape(FRAMES, 4, 9), density, 1e-8)
+    assert sensors[(sensors.frame >= FAILED) & (sensors.rod == 1)].x.isna().all() and sensors.x.isna().sum() == 2 * 9
     assert sensors.s[sensors.node == 8].unique() == pytest.approx([0.5])
     assert table.time.unique() == pytest.approx(TIMES)
 

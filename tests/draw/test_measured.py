@@ -1,5 +1,7 @@
 """Plots: one for every measure, and the contents of those that several measures use."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +11,7 @@ from warp_rods.analysis.listing import Measure
 from warp_rods.analysis.registry import MEASURES
 from warp_rods.draw import distributions, over_time, plots
 from warp_rods.draw.measured import PLOTS
+from warp_rods.draw.views import views
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation import runner
 
@@ -55,6 +58,32 @@ def test_every_plot_is_drawn(run, name, count):
     again = wr.plot(wr.measure(group, *{name, "orthonormality"}), name)
     assert again._repr_png_() == figure._repr_png_()
     assert dict(matplotlib.rcParams) == before
+
+
+UNITS = {"length": "1 um", "time": "1 ms", "force": "1 pN"}
+
+
+@pytest.fixture(scope="module")
+def in_units(tmp_path_factory) -> xr.DataTree:
+    folder = tmp_path_factory.mktemp("run") / "si"
+    return runner.simulate(Scene.parse(SCENE | {"units": UNITS}), folder, device="cpu").data
+
+
+@pytest.mark.parametrize("ensemble", ["cells", "sensors"])
+def test_every_plot_names_the_units_of_its_scene(in_units, ensemble):
+    """No axis and no bar has "length", "time" or "force" as a unit where the scene says what these are."""
+    group, drawn = in_units[ensemble].to_dataset().load(), 0
+    for name in [*MEASURES, *views(group)]:
+        try:
+            figure = wr.plot(group, name)
+        except ValueError:  # not of this kind of rods, or nothing to draw
+            continue
+        labels = [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel())]
+        units = [unit for text in labels for unit in re.findall(r"\(([^)]*)\)", text.replace("\n", " "))]
+        assert not [unit for unit in units if re.search("length|time|force", unit)], (name, labels)
+        assert not [text for text in labels if text in ("time", "force", "length")], (name, labels)
+        drawn += 1
+    assert drawn > 20
 
 
 @pytest.mark.parametrize("name", MEASURES)

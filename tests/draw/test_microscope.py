@@ -136,7 +136,7 @@ def test_masks_are_the_pixels_of_each_rod():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
-    write_run(folder, '[units]\nlength = "2.5 um"')
+    write_run(folder, '[units]\nlength = "2.5 um"\ntime = "1 ms"')
     return folder
 
 
@@ -155,7 +155,8 @@ def test_a_run_becomes_ome_tiff(run, tmp_path):
     pixels = types.from_tiff(folder / "image.ome.tif").images[0].pixels
     assert (pixels.size_t, pixels.size_c, pixels.size_z) == (4, 2, 3) and pixels.type.value == "uint16"
     assert (pixels.physical_size_x, pixels.physical_size_x_unit.value) == (pytest.approx(0.125), "µm")
-    assert pixels.physical_size_z == pytest.approx(0.75) and pixels.time_increment == pytest.approx(0.1)
+    assert pixels.physical_size_z == pytest.approx(0.75) and pixels.time_increment == pytest.approx(1e-4)
+    assert pixels.time_increment_unit.value == "s"
     assert [channel.name for channel in pixels.channels] == ["cell", "sensors"]
     with Image.open(folder / "image.ome.tif") as image, Image.open(folder / "masks.ome.tif") as truth:
         assert image.n_frames == truth.n_frames == 4 * 2 * 3
@@ -172,6 +173,15 @@ def test_a_run_becomes_ome_tiff(run, tmp_path):
     assert settings == microscope(shown, str(own)) and settings.width == pytest.approx(
         0.225 * 0.52 / 1.2 / 2.5, rel=1e-3
     )
+
+
+def test_without_units_times_are_in_the_description(tmp_path):
+    """OME has seconds where no unit is given."""
+    types = pytest.importorskip("ome_types", reason="ome-types is not installed: pip install 'warp-rods[test]'")
+    write_run(tmp_path)
+    found = types.from_tiff(EXPORTERS["microscope"].export(tmp_path) / "image.ome.tif").images[0]
+    assert found.pixels.time_increment is None and "a frame every 0.1, in units of the scene" in found.description
+    assert found.pixels.physical_size_x_unit.value == "reference frame"
 
 
 def test_the_same_settings_give_the_same_bytes(run, tmp_path):

@@ -16,6 +16,7 @@ from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.page.encoding import packed_points, packed_triangles, packed_values, quantised
 from warp_rods.draw.selection import Selection
+from warp_rods.draw.sheet import curvature_colours
 from warp_rods.errors import SceneError
 
 
@@ -133,6 +134,20 @@ def test_the_places_on_the_page_are_those_of_the_run(browser, shown):
         numbers, (low, spacing) = browser.value(code)
         found = np.array(low) + np.array(spacing) * np.reshape(numbers, (4, 9, 3))
         np.testing.assert_allclose(found, shown.rods[1].positions(frame), atol=2e-5)
+
+
+def test_a_membrane_has_the_colours_of_the_poster(tmp_path):
+    """A byte a point: red outside of a torus and blue inside, and a bar that says so."""
+    write_run(tmp_path, '[units]\nlength = "1 um"', surface='kind = "torus"\nmajor = 1.0\nminor = 0.4')
+    own = content(tmp_path, Selection(("sensors",)))
+    page = EXPORTERS["html"].write(own, tmp_path / "page.html")
+    with opened(page, tmp_path / "profile", (480, 320)) as browser:
+        browser.wait_for("window.player && document.getElementById('message').textContent === ''")
+        tints = np.reshape(browser.value("[...player.scene.tints(player.scene.sheets[0], 0)]"), (-1, 3))
+        expected = curvature_colours(own.membrane.ratio(0))
+        np.testing.assert_allclose(tints, expected, atol=0.01)
+        bar = browser.value("document.getElementById('curvature').textContent.replace(/\\s+/g, ' ').trim()")
+        assert bar.startswith("Gaussian curvature of membrane (in units of 1e+12 1/m²)") and browser.errors == []
 
 
 def test_a_range_of_each_frame_is_shown_with_it(tmp_path, shown):

@@ -1,19 +1,22 @@
 """Pictures: posters, stills and films of a small run, opened again; capsules against a closed form."""
 
+import logging
+
 import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
-from warp_rods.draw.lettering import round_length
+from warp_rods.draw.lettering import Canvas, round_length
 from warp_rods.draw.picture import FINER, Painter
 from warp_rods.draw.poster import WIDTH
 from warp_rods.draw.scale import LACKING, Scale, scale_of
 from warp_rods.draw.selection import Selection, parse_frames, parse_span
 from warp_rods.draw.view import View, view_of
-from warp_rods.errors import SceneError
+from warp_rods.errors import SceneError, WarpRodsError
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +43,21 @@ def test_the_poster_has_lit_tubes_on_white(run):
         assert (np.ptp(panel, axis=-1) > 60).sum() > 500
     again = EXPORTERS["poster"].export(run, run / "again.png")
     assert again.read_bytes() == (run / "poster.png").read_bytes()
+
+
+@pytest.mark.parametrize(("span", "bars"), [("run", 1), ("frame", 3)])
+def test_each_range_of_a_poster_has_its_bar(run, tmp_path, monkeypatch, span, bars):
+    """Three panels with ranges of their own have a bar each, below it."""
+    drawn = []
+    whole = Canvas.colour_bar
+    monkeypatch.setattr(Canvas, "colour_bar", lambda self, *bar: drawn.append(bar) or whole(self, *bar))
+    picture = pixels(EXPORTERS["poster"].export(run, tmp_path / "poster.png", Selection(span=span)))
+    assert len(drawn) == len({(scale.low, scale.high) for *_, scale, _ in drawn}) == bars
+    shown = content(run, Selection(span=span))
+    assert [bar[3] for bar in drawn] == [shown.scale(frame) for frame in (0, 2, 5)[:bars]]
+    for right, y, width, *_ in drawn if bars == 3 else ():
+        strip = picture[round(y) + 5, round(right - width) : round(right)].astype(int)
+        assert (np.ptp(strip, axis=-1) > 40).mean() > 0.8  # viridis
 
 
 @pytest.mark.parametrize("radius", [3.0, 12.0])
@@ -155,6 +173,54 @@ def test_scales():
     np.testing.assert_allclose(angle.rgb(np.array([-np.pi])), angle.rgb(np.array([np.pi])), atol=0.02)
 
 
+def test_scales_of_few_values_and_of_constants():
+    """98 % of zeros leave the others their range; constants are in the middle, and round-off is no range."""
+    few = np.concatenate([np.zeros(980), [5.0], np.zeros(19)])
+    ends = {}
+    for name in ("tension", "energy_density", "speed"):
+        scale = scale_of(COLOURS[name], few)
+        ends[name] = scale.low, scale.high
+    assert ends == {"tension": (-5.0, 5.0), "energy_density": (0.0, 5.0), "speed": (0.0, 5.0)}
+    for value in (5e-7, 3.0, 3e8):
+        scale = scale_of(COLOURS["speed"], value * (1 + 1e-15 * np.arange(-3, 3)))
+        assert (scale.low, scale.high) == (0.0, pytest.approx(2 * value))
+        assert scale.fraction(np.array([value]))[0] == pytest.approx(0.5)
+        assert scale_of(COLOURS["twist"], np.full(5, -value)).low == -value
+    noise = 1e-17 * np.random.default_rng(1).normal(size=1000)
+    scale = scale_of(COLOURS["twist"], noise, round_off=1e-12)
+    np.testing.assert_allclose(scale.fraction(noise), 0.5, atol=1e-12)
+    rods = scale_of(COLOURS["rod"], np.repeat(np.arange(100.0), 17))
+    assert (rods.low, rods.high) == (0.0, 99.0)
+
+
+def test_twist_of_round_off_has_one_colour(tmp_path, monkeypatch):
+    write_run(tmp_path)
+    shown = content(tmp_path, Selection(("cell",), colour="twist"))
+    noise = 1e-15 * np.random.default_rng(1).normal(size=(FRAMES, 2, 17))
+    monkeypatch.setattr(shown.rods[0], "values", lambda frame: noise[frame])
+    assert np.ptp(shown.scale(0).rgb(noise), axis=(0, 1, 2)).max() < 0.01
+
+
+def test_a_run_of_one_frame_has_no_speed(tmp_path):
+    """It is said, and not drawn grey."""
+    write_run(tmp_path, frames=1)
+    with pytest.raises(
+        WarpRodsError, match=r"colour = 'speed': the trajectory of .* has one frame, and speed needs 2;"
+    ):
+        content(tmp_path, Selection(colour="speed"))
+
+
+@pytest.mark.parametrize("name", ["poster", "gif", "html", "vtkhdf", "usd"])
+def test_a_membrane_that_cannot_be_followed_is_said_once(tmp_path, caplog, name):
+    """Its radius jumps from one frame to the next by more than a mesh follows."""
+    radius = "1.0 + 2.0*(1 + tanh(100*(t - 0.25)))"
+    write_run(tmp_path, surface=f'kind = "sphere"\nradius = "{radius}"')
+    with caplog.at_level(logging.WARNING):
+        EXPORTERS[name].export(tmp_path)
+    said = [record.message for record in caplog.records if "cannot follow" in record.message]
+    assert len(said) == 1 and said[0].startswith("t = 0.3: ") and "time.save_every" in said[0]
+
+
 def test_lost_rods_stay_and_are_grey(tmp_path):
     write_run(tmp_path, fail_at=3)
     shown = content(tmp_path, Selection(frames=slice(None, None, -1)))  # backwards: the last frame first
@@ -162,6 +228,43 @@ def test_lost_rods_stay_and_are_grey(tmp_path):
     np.testing.assert_array_equal(rods.positions(0)[1], rods.positions(3)[1])
     assert np.isfinite(rods.positions(0)).all()
     np.testing.assert_array_equal(shown.scale(0).rgb(rods.values(0))[1, 0], LACKING)
+    sound = [own.variable("energy_density", 0)[own.variable("status", 0) == 0].ravel() for own in shown.rods]
+    last = content(tmp_path, Selection(frames=slice(-1, None)))
+    assert last.scale(0).high == pytest.approx(np.quantile(np.concatenate(sound), 0.98))  # stale energies do not count
+
+
+@pytest.mark.parametrize(
+    ("step", "time_unit", "texts"),
+    [
+        (0.1, "", ["t = 0.0", "t = 0.1", "t = 0.5"]),
+        (0.25, "", ["t = 0.00", "t = 0.25", "t = 1.25"]),
+        (1.5, "", ["t = 0.0", "t = 1.5", "t = 7.5"]),
+        (1 / 3, "", ["t = 0.00", "t = 0.33", "t = 1.67"]),
+        (1e-8, "", ["t = 0 · 10⁻⁸", "t = 1 · 10⁻⁸", "t = 5 · 10⁻⁸"]),
+        (1e-8, "1 s", ["t = 0 ns", "t = 10 ns", "t = 50 ns"]),
+        (0.25, "1 ms", ["t = 0.00 ms", "t = 0.25 ms", "t = 1.25 ms"]),
+        (20.0, "1 s", ["t = 0 s", "t = 20 s", "t = 100 s"]),
+    ],
+)
+def test_the_clock_gives_times_in_full(tmp_path, step, time_unit, texts):
+    write_run(tmp_path, f'[units]\nlength = "1 um"\ntime = "{time_unit}"' if time_unit else "", step=step)
+    shown = content(tmp_path)
+    assert [clock_of(shown).text(shown.times[frame]) for frame in (0, 1, 5)] == texts
+    for frames in (slice(-1, None), slice(None, None, 5)):  # whichever frames are chosen
+        assert clock_of(content(tmp_path, Selection(frames=frames))) == clock_of(shown)
+
+
+def test_the_clock_of_one_saved_frame_follows_save_every(tmp_path):
+    write_run(tmp_path, save_every=0.02, frames=1)
+    assert clock_of(content(tmp_path)).text(0.0) == "t = 0.00"
+
+
+def test_labels_name_the_units_of_the_scene(tmp_path):
+    write_run(tmp_path, '[units]\nlength = "1 um"\nforce = "1 pN"')
+    shown = content(tmp_path)
+    assert shown.label == "elastic energy per length (in units of 1e-12 N)"
+    assert shown.named("speed", "length/time") == "speed (length/time)"  # no unit of time is given
+    assert shown.named("curvature", "1/length^2") == "curvature (in units of 1e+12 1/m²)"
 
 
 def test_texts_of_the_command_line():

@@ -7,10 +7,12 @@ import sys
 
 import numpy as np
 import pytest
-from examples.drawn import FRAMES, SCENE, write_run
+from examples.drawn import FRAMES, SCENE, SPHERE, write_run
 
 from warp_rods.draw.colours import COLOURS
+from warp_rods.draw.content import content
 from warp_rods.draw.scale import Scale, linear
+from warp_rods.draw.selection import Selection
 from warp_rods.draw.usd.export import export_usd
 from warp_rods.errors import RunFolderError
 from warp_rods.membranes.mesh import triangulate
@@ -87,14 +89,30 @@ def test_colours_have_one_range_for_the_whole_run(run, stage):
     data = open_run(run)
     every = [data[name].energy_density.values for name in ("sensors", "cell")]
     low, high = 0.0, np.quantile(np.concatenate([density.ravel() for density in every]), 0.98)
-    stored = stage.GetDefaultPrim().GetCustomDataByKey("elasticEnergyDensity")
+    stored = stage.GetDefaultPrim().GetCustomDataByKey("colour")
     assert stored["low"] == pytest.approx(low, rel=1e-12) and stored["high"] == pytest.approx(high, rel=1e-12)
-    assert stored["colourMap"] == "viridis"
+    assert (stored["name"], stored["unit"], stored["map"]) == ("energy_density", "force", "viridis")
+    assert stored["label"] == "elastic energy per length" and stored["quadratic"] is True
+    np.testing.assert_allclose(stage.GetDefaultPrim().GetCustomDataByKey("times"), 0.1 * np.arange(FRAMES))
     for frame in (0, FRAMES - 1):
         drawn = np.array(curves_of(stage, "cell").GetDisplayColorAttr().Get(frame))
         scale = Scale(COLOURS["energy_density"], stored["low"], stored["high"])
         expected = linear(scale.rgb(every[1][frame].ravel())).astype(np.float32)
         np.testing.assert_array_equal(drawn, expected)
+
+
+def test_the_colour_that_was_chosen_is_described(tmp_path):
+    """With its unit in SI, the range of each frame, and the times of the chosen frames."""
+    from pxr import Usd
+
+    write_run(tmp_path, MICRONS)
+    chosen = Selection(colour="gauss", frames=slice(1, None, 2), span="frame")
+    stage = Usd.Stage.Open(str(export_usd(tmp_path, selection=chosen)))
+    world = stage.GetDefaultPrim()
+    stored, shown = world.GetCustomDataByKey("colour"), content(tmp_path, chosen)
+    assert stored["name"] == "gauss" and stored["unit"] == "1000000000000.0 1/m^2" and stored["map"] == "managua"
+    assert list(stored["high"]) == [shown.scale(frame).high for frame in range(3)]
+    np.testing.assert_allclose(world.GetCustomDataByKey("times"), [0.1, 0.3, 0.5])
 
 
 def test_colours_brighten_with_energy_in_equal_steps():
@@ -146,6 +164,7 @@ def test_membrane_mesh(stage):
     assert mesh.GetDoubleSidedAttr().Get()
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, rtol=0, atol=2e-7)
     np.testing.assert_allclose(np.array(mesh.GetNormalsAttr().Get()), points, rtol=0, atol=1e-6)
+    assert not mesh.GetDisplayColorPrimvar().HasValue()  # the curvature of a sphere does not vary: it is grey
     assert len(mesh.GetFaceVertexIndicesAttr().Get()) == 3 * len(mesh.GetFaceVertexCountsAttr().Get())
     np.testing.assert_allclose(np.array(mesh.GetExtentAttr().Get()), [[-1] * 3, [1] * 3], rtol=0, atol=1e-3)
 
@@ -237,7 +256,7 @@ def test_a_file_that_cannot_be_written_is_told_with_the_reason(run, tmp_path):
 def test_runs_with_nothing_to_show(tmp_path):
     with pytest.raises(RunFolderError, match="no run"):
         export_usd(tmp_path)
-    attributes = {"scene": SCENE.format(extra="")}
+    attributes = {"scene": SCENE.format(extra="", save_every=0.1, surface=SPHERE)}
     TrajectoryWriter.create(tmp_path / STORE, {"cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}, attributes)
     with pytest.raises(RunFolderError, match="no complete frame"):
         export_usd(tmp_path)

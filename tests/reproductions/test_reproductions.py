@@ -169,3 +169,17 @@ def test_stored_numbers_have_not_changed(outcomes, stored):
 def test_every_reproduction_is_compared_with_a_number():
     named = {known.name for known in KNOWN} | {name for name, _ in MOTIONS} | {stored["name"] for stored in STORED}
     assert named == set(REPRODUCTIONS)
+
+
+def test_classes_have_the_colours_of_studies():
+    from matplotlib.colors import to_rgba
+    from matplotlib.figure import Figure
+
+    from warp_rods.draw.diagrams import CLASS_COLOURS, colour_of
+    from warp_rods.reproductions import drawn_classes
+
+    names, axes = list(CLASS_COLOURS), Figure().subplots()
+    drawn_classes.draw(axes, np.arange(len(names) + 1), np.arange(2), np.array([names]))
+    axes.figure.canvas.draw()
+    drawn = axes.collections[0].get_facecolors()
+    np.testing.assert_allclose(drawn, [to_rgba(colour_of(name, names)) for name in names])

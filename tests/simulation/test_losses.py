@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import warp as wp
 from examples.free import in_space
+from examples.losses import DOOMED, SOUND, scene
 
 from warp_rods.errors import RodFailure
 from warp_rods.rods.ensemble import Failure
@@ -20,19 +21,6 @@ from warp_rods.simulation.check import check_run
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.reading import open_run
 from warp_rods.simulation.runner import simulate
-
-SOUND = {"bend": 5e-3, "moment": 0.0}
-DOOMED = {"bend": 1e-6, "moment": 5.0}
-"""Bends by more than half a turn between two of its 17 nodes at t = 0.03."""
-
-
-def scene(*cells: dict, **tables) -> Scene:
-    """Cells with these parameters, side by side, that do not feel each other."""
-    parameters = {key: [cell[key] for cell in cells] for key in SOUND}
-    place = {"position": [[0, 2.0 * i, 0] for i in range(len(cells))]}
-    kind = {"name": "cells", "count": len(cells), "nodes": 17, "twist": 1e-3, "placement": place}
-    kind["shape"] = {"kind": "mode", "mode": 0}
-    return Scene(swimmers=[kind | parameters], **{"time": {"end": 0.2, "save_every": 0.05}, **tables})
 
 
 def test_others_go_on_to_the_same_bits(tmp_path):

@@ -10,6 +10,7 @@ import xarray as xr
 from examples.study import cells
 
 from warp_rods.errors import RunFolderError
+from warp_rods.studies import store as store_module
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Column, Plan
 from warp_rods.studies.refine import added, levels
@@ -46,7 +47,7 @@ def test_results_are_labelled_and_read_by_xarray(tmp_path):
     assert xr.open_zarr(store.path)["speed"].to_numpy()[3].tolist()[0][1] == 0.5  # others keep their values
     assert store.whole("class")[3, 0, 1] == "U" and store.whole("speed")[3, 1, 1] == 2.0
     files = [file for file in store.path.rglob("*") if file.is_file() and file.name != "zarr.json"]
-    assert len(files) == 5 + len(OF_ALL) + len(COLUMNS)  # labels, and one for each variable
+    assert len(files) == 5 + len(values)  # labels, and one for each variable with values
 
 
 def test_the_first_of_two_processes_makes_the_store(tmp_path):
@@ -78,19 +79,18 @@ def test_a_chunk_without_its_state_or_damaged_is_computed_again(tmp_path):
     assert new.exists() and not old.exists()
 
 
-def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path):
+def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path, monkeypatch):
     """Each adds points in its order, and a mark that was left by a kill is passed over."""
+    monkeypatch.setattr(store_module, "STALE", 0.3)
     plan = Plan(cells())
     store = store_of(plan, tmp_path, plan.shape)
     places = [tuple(map(int, p)) for p in np.argwhere(plan.first())]
     mark = tmp_path / f".{STORE}.0.0.0.writing"
     mark.touch()
-    os.utime(mark, (time.time() - 3600,) * 2)
 
     def work(points) -> None:
         for point in points:
-            one = {"state": np.ones(1, np.int8), "speed": np.array([float(sum(point))])}
-            store.put((0, 0, 0), [point], one)
+            store.put((0, 0, 0), [point], one(float(sum(point))))
 
     threads = [threading.Thread(target=work, args=(order,)) for order in (places[:14], places[::-1][:14])]
     for thread in threads:
@@ -99,6 +99,58 @@ def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path):
         thread.join()
     assert (store.states() == 1).all() and not mark.exists()
     np.testing.assert_array_equal(store.whole("speed"), np.indices(plan.shape).sum(axis=0))
+
+
+def one(speed: float, state: int = 1) -> dict[str, np.ndarray]:
+    return {"state": np.array([state], np.int8), "speed": np.array([speed])}
+
+
+def test_a_writer_that_was_stopped_for_long_spoils_nothing(tmp_path, monkeypatch):
+    """Another one takes its place in the midst of its files; it notices, and adds its points to those of the other."""
+    monkeypatch.setattr(store_module, "STALE", 0.2)
+    plan = Plan(cells())
+    store = store_of(plan, tmp_path, plan.shape)
+    encoded, stopped = Store._encoded, threading.Event()
+
+    def slow(self, name, values):
+        if threading.current_thread().name == "slow" and not stopped.is_set():
+            stopped.set()
+            other.start()
+            other.join()
+        return encoded(self, name, values)
+
+    monkeypatch.setattr(Store, "_encoded", slow)
+    other = threading.Thread(target=lambda: store.put((0, 0, 0), [(0, 0, 1)], one(7.0)))
+    writer = threading.Thread(target=lambda: store.put((0, 0, 0), [(0, 0, 0)], one(5.0)), name="slow")
+    writer.start()
+    writer.join()
+    assert store.states()[0, 0].tolist() == [1, 1] and store.whole("speed")[0, 0].tolist() == [5.0, 7.0]
+
+
+def test_what_is_finished_is_not_written_again(tmp_path):
+    """Neither by who did the same, nor by who gives up; a point that failed may still be done."""
+    plan = Plan(cells())
+    store = store_of(plan, tmp_path, plan.shape)
+    store.put((0, 0, 0), [(0, 0, 0)], one(5.0))
+    store.put((0, 0, 0), [(0, 0, 0), (0, 0, 1)], {"state": np.array([3, 3], np.int8)})
+    assert store.states()[0, 0].tolist() == [1, 3] and store.whole("speed")[0, 0, 0] == 5.0
+    store.put((0, 0, 0), [(0, 0, 1)], one(7.0))
+    assert store.states()[0, 0].tolist() == [1, 1]
+
+
+def test_a_task_of_a_study_that_was_replaced_writes_nothing(tmp_path):
+    plan = Plan(cells())
+
+    def begun(word: str) -> Store:
+        return create(tmp_path / STORE, plan.axes, COLUMNS, plan.shape, OF_ALL, {"study": word}, {}, True)
+
+    old = begun("old")
+    assert old.identity == "old"
+    new = begun("new")
+    assert new.identity == "new" and os.listdir(tmp_path) == [STORE]
+    with pytest.raises(RunFolderError, match="was removed, or replaced by another study"):
+        old.put((0, 0, 0), [(0, 0, 0)], one(5.0))
+    assert not new.states().any()
 
 
 @pytest.mark.parametrize("measure", ["class", "speed"])

@@ -5,16 +5,18 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from examples.study import cells, sensors
+from examples.study import CELL, SENSOR, TIME, cells, sensors
 
 import warp_rods as wr
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.simulation.storage import StorageError
+from warp_rods.simulation.under_way import lock_folder
 from warp_rods.studies import begin, points, tasks
 from warp_rods.studies.plan import Column, columns_of
 from warp_rods.studies.plot import plot_study
 from warp_rods.studies.status import status
 from warp_rods.studies.store import Store
+from warp_rods.studies.tasks import tasks_of
 
 
 def equal(one: xr.Dataset, other: xr.Dataset) -> bool:
@@ -56,6 +58,98 @@ def test_a_study_of_another_scene_is_not_continued(whole):
         wr.sweep(cells(), whole.folder, part=(0, 3))
     with pytest.raises(SceneError, match=r"sweep: this scene is a study"):
         wr.run(cells(), whole.folder.with_name("run"), device="cpu")
+
+
+def test_a_study_is_replaced_only_when_all_is_ready_and_with_what_is_its_own(whole, tmp_path, monkeypatch):
+    folder = tmp_path / "study"
+    first = wr.sweep(cells({"seeds": 1}), folder, device="cpu", part=(1, 1))
+    assert plot_study(folder)[0].parent == folder / "plots" and (folder / "scene.toml").is_file()
+    (folder / "notes.txt").write_text("mine")
+    with monkeypatch.context() as patched:
+        patched.setattr(begin, "_probe", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            wr.sweep(cells(), folder, device="cpu", workers=1, overwrite=True)
+    assert (first.data["state"] == 1).all()
+    wr.sweep(cells(), folder, device="cpu", workers=1, overwrite=True)
+    data = xr.open_zarr(folder / "study.zarr").load()
+    assert equal(data, whole.data) and (folder / "notes.txt").read_text() == "mine"
+    (tmp_path / "other" / "trajectories").mkdir(parents=True)
+    (tmp_path / "other" / "trajectories" / "mine.txt").touch()
+    with pytest.raises(RunFolderError, match="holds something that is not a study"):
+        wr.sweep(cells(), tmp_path / "other", device="cpu", workers=1, overwrite=True)
+    assert (tmp_path / "other" / "trajectories" / "mine.txt").exists()
+
+
+def test_of_two_scenes_that_begin_at_once_in_a_folder_one_is_refused(whole, tmp_path, monkeypatch):
+    """The second finds no study when it looks, and one of another scene when it has compiled its kernels."""
+    folder = tmp_path / "study"
+    real = begin.create
+
+    def late(path, *given):
+        if not path.exists():
+            with monkeypatch.context() as patched:
+                patched.setattr(begin, "create", real)
+                wr.sweep(cells(), folder, device="cpu", part=(1, 1))
+        return real(path, *given)
+
+    monkeypatch.setattr(begin, "create", late)
+    with pytest.raises(RunFolderError, match=r"holds a study of another scene \(\[sweep\] differs\)"):
+        wr.sweep(cells({"seeds": [5, 6]}), folder, device="cpu", part=(1, 1))
+    assert equal(xr.open_zarr(folder / "study.zarr").load(), whole.data)
+
+
+def test_a_study_goes_on_with_the_version_and_the_files_with_which_it_began(tmp_path):
+    points = tmp_path / "line.csv"
+    points.write_text("".join(f"{x / 16},{0.1 * (x / 16) ** 2},0\n" for x in range(17)))
+    bent = {key: value for key, value in CELL.items() if key != "shape"}
+    scene = cells({"seeds": 1}, swimmers=[bent | {"shape": {"points": str(points)}}])
+    folder = tmp_path / "study"
+    wr.sweep(scene, folder, device="cpu", part=(1, 2))
+    points.write_text(points.read_text().replace("0.1", "0.2"))
+    with pytest.raises(RunFolderError, match=r"line.csv changed since this study was begun: put back"):
+        wr.sweep(scene, folder, device="cpu", part=(2, 2))
+    document = folder / "study.zarr" / "zarr.json"
+    document.write_text(document.read_text().replace(f'"{wr.__version__}"', '"0.0.1"'))
+    with pytest.raises(RunFolderError, match=r"was begun with warp-rods 0.0.1, whose numbers may not be those of"):
+        wr.sweep(scene, folder, device="cpu", part=(2, 2))
+
+
+def test_points_that_somebody_else_has_finished_are_not_computed_again(whole):
+    store = Store(whole.folder / "study.zarr")
+    (task, *_) = tasks_of(store, 0, np.ones(store.shape, dtype=bool), np.zeros(store.shape, dtype=np.int8))
+    assert tasks.do(str(whole.folder), task, "no device").done == len(task.points)
+
+
+def test_an_impossible_corner_fails_by_itself(tmp_path):
+    """Length and end of growth are each possible, not together: neither begins the study nor stops it."""
+    grows = SENSOR | {"growth": {"rate": 1.0, "until": 0.7}}
+    table = {"filaments.sensors.length": [0.5, 0.8], "filaments.sensors.growth.until": [0.7, 0.9], "measure": ["gauss"]}
+    surface = {"kind": "sphere", "radius": 1.0}
+    scene = wr.Scene.parse({"surface": surface, "filaments": [grows], "time": TIME, "sweep": table})
+    study = wr.sweep(scene, tmp_path / "study", device="cpu", part="1/1")
+    assert study.points["computed"] == 3 and study.points["failed"] == 1
+    assert "growth.until" in study.data["message"].to_numpy()[1, 0, 0]
+
+
+def test_what_failed_is_tried_once_in_a_sweep_of_several_levels(tmp_path, monkeypatch):
+    tried = []
+
+    def failing(plan, point, device, folder):
+        tried.append(point)
+        raise MemoryError("too large")
+
+    monkeypatch.setattr(points, "_alone", failing)
+    monkeypatch.setattr(begin, "why_not", lambda *_: "of a test")
+    table = {"swimmers.cell.bend": {"from": 1e-3, "to": 1e-2, "num": 2}, "seeds": 1, "refine": 2}
+    study = wr.sweep(cells(table), tmp_path / "study", device="cpu", part=(1, 1))
+    assert study.points["failed"] == len(set(tried)) and max(map(tried.count, tried)) == 2
+    assert "MemoryError: too large" in study.data["message"].to_numpy().flat
+
+
+@pytest.mark.parametrize("part", ["3/2", "a", (1,), (0, 3), 3, "1/2/3"])
+def test_parts_are_numbers_of_so_many(part):
+    with pytest.raises(SceneError, match=r"part = .*: must be i/n with 1 ≤ i ≤ n, such as 3/64"):
+        wr.sweep(cells(), part=part)
 
 
 def test_a_point_that_cannot_be_simulated_is_recorded_and_tried_again_later(whole, tmp_path, monkeypatch):
@@ -119,6 +213,17 @@ def test_trajectories_are_runs_of_their_own(tmp_path):
     assert run.name == "1-0" and (run / "checkpoint.npz").exists()
     gauss = wr.open_run(run)["sensors"]["gauss"][-1].mean().item()
     assert gauss == data["gauss"].to_numpy()[1, 0]
+
+
+def test_a_point_whose_folder_another_process_writes_to_is_left_to_it(tmp_path):
+    study = wr.sweep(sensors(keep="trajectory", seeds=[3]), tmp_path / "study", device="cpu", part=(1, 2))
+    taken = study.folder / "trajectories" / "1-0"
+    taken.mkdir()
+    held = lock_folder(taken)
+    assert wr.sweep(sensors(keep="trajectory", seeds=[3]), study.folder, device="cpu", part=(2, 2)).left == 1
+    held.release()
+    last = wr.sweep(sensors(keep="trajectory", seeds=[3]), study.folder, device="cpu", part=(2, 2))
+    assert last.left == 0 and last.points == {"computed": 2}
 
 
 def test_a_refined_study_is_finer_where_its_class_changes(tmp_path):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.described import attributes, need
+from warp_rods.analysis.described import attributes, need, units_of
 
 __all__ = ["TERMS", "dissipation_peaks", "energy_per_length", "energy_terms"]
 
@@ -29,9 +29,13 @@ def energy_terms(data: xr.Dataset) -> xr.Dataset:
     density = density.transpose("frame", "rod", "node", "strain_component")
     terms = {name: density.isel(strain_component=i, drop=True) for i, name in enumerate(TERMS)}
     for name, strain in TERMS.items():
-        terms[name].attrs = attributes("force", f"energy per length of {strain}", "½ B (Ω − σ)², (5.28)")
+        terms[name].attrs = attributes(
+            units_of(data, "force"), f"energy per length of {strain}", "½ B (Ω − σ)², (5.28)"
+        )
     arc = ((data.s - data.s[0]) * data.length).transpose("frame", "rod", "node")
-    return xr.Dataset(terms).assign_coords(arc=arc.assign_attrs(attributes("length", "arc length from the first node")))
+    return xr.Dataset(terms).assign_coords(
+        arc=arc.assign_attrs(attributes(units_of(data, "length"), "arc length from the first node"))
+    )
 
 
 def energy_per_length(data: xr.Dataset) -> xr.Dataset:
@@ -45,7 +49,9 @@ def energy_per_length(data: xr.Dataset) -> xr.Dataset:
     energy, length = _rates(data.energy + data.steric_energy, data.time), _rates(data.length, data.time)
     grows = length * float(data.time[-1] - data.time[0]) > ROUND_OFF * data.length
     slope = (energy / length.where(grows)).rename("energy_per_length")
-    return slope.assign_attrs(attributes("force", "energy gained per length grown", "dE/dL")).to_dataset()
+    return slope.assign_attrs(
+        attributes(units_of(data, "force"), "energy gained per length grown", "dE/dL")
+    ).to_dataset()
 
 
 def dissipation_peaks(data: xr.Dataset) -> xr.Dataset:
@@ -72,13 +78,19 @@ def dissipation_peaks(data: xr.Dataset) -> xr.Dataset:
             "peak_ratio": ratio.isel(frame=at).assign_attrs(
                 attributes("1", "largest dissipation over its background", source)
             ),
-            "peak_length": length.isel(frame=at).assign_attrs(attributes("length", "length at the peak", source)),
+            "peak_length": length.isel(frame=at).assign_attrs(
+                attributes(units_of(data, "length"), "length at the peak", source)
+            ),
             "peak_energy": (
                 "rod",
                 energy,
-                attributes("force*length", "energy above the background", source),
+                attributes(units_of(data, "force*length"), "energy above the background", source),
             ),
-            "peak_time": ("rod", data.time.values[at.values], attributes("time", "time of the peak", source)),
+            "peak_time": (
+                "rod",
+                data.time.values[at.values],
+                attributes(units_of(data, "time"), "time of the peak", source),
+            ),
         }
     ).drop_vars("time")
 

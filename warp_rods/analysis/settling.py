@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from warp_rods.analysis.described import attributes, need
+from warp_rods.analysis.described import attributes, need, units_of
 
 
 def settling_time(data: xr.Dataset, distance: float = 0.1, quiet: float = 0.2) -> xr.Dataset:
@@ -22,7 +22,7 @@ def settling_time(data: xr.Dataset, distance: float = 0.1, quiet: float = 0.2) -
     latest = float(data.time[-1]) - quiet * _span(data)
     time = time.where(time <= latest, np.inf).where(_last(data.status) == 0)
     source = f"first time from which |r(0, t) − r(0, T)| ≤ {distance:g} L; inf after {latest:g}"
-    return xr.Dataset({"settling_time": time.assign_attrs(attributes("time", "settling time", source))})
+    return xr.Dataset({"settling_time": time.assign_attrs(attributes(units_of(data, "time"), "settling time", source))})
 
 
 def relaxation_time(data: xr.Dataset, fraction: float = 0.95) -> xr.Dataset:
@@ -41,7 +41,9 @@ def relaxation_time(data: xr.Dataset, fraction: float = 0.95) -> xr.Dataset:
     still = _last(data.dissipation) * _span(data) > rest
     time = time.where(~still, np.inf).where(_last(data.status) == 0)
     source = f"first time from which |E − E(T)| ≤ {1 - fraction:g} max (E − E(T)), (5.28)"
-    return xr.Dataset({"relaxation_time": time.assign_attrs(attributes("time", "relaxation time", source))})
+    return xr.Dataset(
+        {"relaxation_time": time.assign_attrs(attributes(units_of(data, "time"), "relaxation time", source))}
+    )
 
 
 def _last_true(condition: xr.DataArray, time: xr.DataArray) -> xr.DataArray:

@@ -32,12 +32,12 @@ def sparkline(values: np.ndarray, width: int, plain: bool = False) -> str:
 def projected(position: np.ndarray, period: np.ndarray | None = None) -> tuple[np.ndarray, str]:
     """Rods [rod, node, 3] along the two axes in which they extend farthest [rod, node, 2], and the names of the axes.
 
-    Of a periodic box [3], inf where it is open, each rod is moved as a whole to where its middle is in the box.
+    Of a periodic box [3], inf where it is open, each rod is moved as a whole into the box, as in pictures.
     """
-    if period is not None and np.isfinite(period).any():
-        middle = position[:, position.shape[1] // 2]
-        finite = np.where(np.isfinite(period), period, 1.0)
-        position = position - (np.floor(middle / finite) * np.where(np.isfinite(period), period, 0.0))[:, None]
+    if period is not None:
+        from warp_rods.draw.rods import into_box
+
+        position = into_box(position, np.where(np.isfinite(period), period, 0.0))
     extent = np.nanmax(position, axis=(0, 1)) - np.nanmin(position, axis=(0, 1))
     first, second = np.argsort(-extent, kind="stable")[:2]
     return position[..., [first, second]], "xyz"[first] + "xyz"[second]

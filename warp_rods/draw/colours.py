@@ -31,7 +31,8 @@ class Colour:
     label, unit: for a colour bar (a product of the scene's length, force and time; "1" for a number). needs: variables
     of the trajectory. values(data, frames): of the nodes at these frames, [frame, rod, node]. kind: an amount (zero or
     more, or a number), a quantity with a sign, or an angle from −π to π. quadratic: colours follow its root, from zero:
-    those of an energy then follow the strain, and rods that have nearly relaxed are not all alike.
+    those of an energy then follow the strain, and rods that have nearly relaxed are not all alike. whole: the scale
+    goes from the smallest value to the largest, not between quantiles. frames: how many of a run it needs.
     """
 
     label: str
@@ -40,20 +41,17 @@ class Colour:
     needs: tuple[str, ...]
     values: Values
     quadratic: bool = False
+    whole: bool = False
+    frames: int = 1
 
     def is_in(self, data: xr.Dataset) -> bool:
         """Whether the trajectory of an ensemble has what the quantity needs."""
-        return all(name in data for name in self.needs)
+        return all(name in data for name in self.needs) and data.sizes["frame"] >= self.frames
 
     @property
     def map_name(self) -> str:
         """The name of the colour map."""
         return MAPS[self.kind]
-
-    @property
-    def text(self) -> str:
-        """Label and unit in one line."""
-        return self.label + (f" ({self.unit})" if self.unit not in ("", "1") else "")
 
 
 def colour_map(name: str) -> Any:
@@ -108,8 +106,7 @@ def _speed(data: xr.Dataset, frames: range) -> np.ndarray:
     read = np.unique(np.concatenate([before, after]))
     position, time = at_frames(data["position"], read), data["time"].values
     moved = position[np.searchsorted(read, after)] - position[np.searchsorted(read, before)]
-    with np.errstate(invalid="ignore", divide="ignore"):  # a run of one frame has no speed
-        return np.linalg.norm(moved, axis=-1) / (time[after] - time[before])[:, None, None]
+    return np.linalg.norm(moved, axis=-1) / (time[after] - time[before])[:, None, None]
 
 
 def _heading(data: xr.Dataset, frames: range) -> np.ndarray:
@@ -136,9 +133,9 @@ COLOURS: dict[str, Colour] = {
     "twist": Colour("twist", "1/length", "signed", ("strain",), _twist),
     "tension": Colour("tension", "force", "signed", ("tension",), _variable("tension")),
     "activity": Colour("flagellar activity", "1", "signed", ("activity",), _variable("activity")),
-    "speed": Colour("speed", "length/time", "amount", ("position",), _speed),
+    "speed": Colour("speed", "length/time", "amount", ("position",), _speed, frames=2),
     "heading": Colour("heading in the plane x, y", "rad", "angle", ("position",), _heading),
     "gauss": Colour("Gaussian curvature under the rod", "1/length^2", "signed", ("gauss",), _gauss),
-    "rod": Colour("number of the rod", "1", "amount", (), _rod),
+    "rod": Colour("number of the rod", "1", "amount", (), _rod, whole=True),
 }
 """By the name of the option ``--colour``."""

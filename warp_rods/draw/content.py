@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.draw.colours import COLOURS, Colour
+from warp_rods.draw.labels import named
 from warp_rods.draw.rods import Rods
 from warp_rods.draw.room import edges_of, sides_of
 from warp_rods.draw.scale import Scale, scale_of
@@ -24,12 +25,15 @@ from warp_rods.draw.selection import Selection
 from warp_rods.draw.sheet import Sheet
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
+from warp_rods.scene.units import dimension_of
 from warp_rods.simulation.reading import open_run
 
 __all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content", "first_colour"]
 
 _SLENDERNESS = 60
 """Length over radius of rods that are drawn without a steric core."""
+ROUND_OFF = 1e-12
+"""Numbers of order one that are smaller are none: of sums and differences, and of equations that were solved."""
 SAMPLED_FRAMES = 100
 """Largest number of frames from which a range of values is estimated."""
 
@@ -38,8 +42,9 @@ class Content:
     """What is drawn of a run.
 
     title, scene, selection, attributes (of the run); colour: the row of ``COLOURS``; numbers: the chosen frames of the
-    trajectory, a range; times [frame]; frames: their count; rods: the chosen ensembles; membrane, container: surfaces
-    or None; box: sides [3] of the box, or None where there are none to draw; period [3], 0 where it is open.
+    trajectory, a range; times [frame]; frames: their count; all_times: of all frames of the trajectory; rods: the
+    chosen ensembles; membrane, container: surfaces or None; box: sides [3] of the box, or None where there are none to
+    draw; period [3], 0 where it is open.
     """
 
     def __init__(self, run: xr.DataTree, selection: Selection) -> None:
@@ -50,8 +55,8 @@ class Content:
         every = next(iter(chosen.values()))
         self.numbers = selection.numbers(every.sizes["frame"])
         self.frames = len(self.numbers)
-        all_times = every["time"].values
-        self.times: np.ndarray = all_times[np.asarray(self.numbers)]
+        self.all_times: np.ndarray = every["time"].values
+        self.times: np.ndarray = self.all_times[np.asarray(self.numbers)]
         self.period, self.box = np.array(self.scene.period), sides_of(self.scene)
         self.rods = [
             Rods(name, data, self.numbers, self.colour, _radius(self.scene, data), self.period)
@@ -60,13 +65,40 @@ class Content:
         if not any(rods.coloured for rods in self.rods):
             raise _no_colour(selection.colour, chosen)
         walls = self.scene.box.surface if self.scene.box else None
-        self.membrane = Sheet(self.scene.surface, all_times, self.numbers) if self.scene.surface else None
-        self.container = Sheet(walls, all_times, self.numbers) if walls else None
+        duration = float(self.all_times[-1] - self.all_times[0]) or self.spacing
+        self._round_off = max(_round_off(self.colour, data, duration) for data in chosen.values())
+        self.membrane = Sheet(self.scene.surface, self.all_times, self.numbers) if self.scene.surface else None
+        self.container = Sheet(walls, self.all_times, self.numbers) if walls else None
 
     @property
     def metres(self) -> float:
         """One unit of length in metres; 1 where the scene has no units."""
         return self.scene.units.metres if self.scene.units else 1.0
+
+    @property
+    def seconds(self) -> float | None:
+        """One unit of time in seconds; None where the scene does not say."""
+        units = self.scene.units
+        return float(units.scale.units["time"]) if units and units.time else None
+
+    def named(self, name: str, product: str) -> str:
+        """A name and units such as "length/time" as on plots: in SI where the scene has these units."""
+        return named(name, self.in_si(product))
+
+    def in_si(self, product: str) -> str:
+        """Units such as "length/time" as a number and a unit in SI, where the scene has these units."""
+        return self.scene.units.scale.in_si(product) if self.scene.units else product
+
+    @property
+    def label(self) -> str:
+        """What is written beside the bar of the colours: the quantity and its units."""
+        return self.named(self.colour.label, self.colour.unit)
+
+    @property
+    def spacing(self) -> float:
+        """The time between frames of the trajectory."""
+        steps = np.diff(self.all_times)
+        return float(np.median(steps)) if len(steps) else float(self.scene.time.save_every)
 
     @property
     def edges(self) -> np.ndarray:
@@ -77,12 +109,13 @@ class Content:
         """The scale of the colours at a frame: that of the run, of this frame, or the given one."""
         span = self.selection.span
         if span == "frame":
-            return scale_of(self.colour, self._values([frame]))
+            return scale_of(self.colour, self._values([frame]), self._round_off)
         return self._of_run if span == "run" else Scale(self.colour, *span)
 
     @cached_property
     def _of_run(self) -> Scale:
-        return scale_of(self.colour, self._values(range(0, self.frames, -(-self.frames // SAMPLED_FRAMES))))
+        sample = range(0, self.frames, -(-self.frames // SAMPLED_FRAMES))
+        return scale_of(self.colour, self._values(sample), self._round_off)
 
     def _values(self, frames: range | list[int]) -> np.ndarray:
         """All values of the colour at these frames."""
@@ -136,16 +169,39 @@ def _radius(scene: Scene, data: xr.Dataset) -> float:
     """Half the steric core where there is one, so that rods in contact touch as drawn; else that of a slender rod."""
     if scene.steric:
         return scene.steric.core / 2
-    steps = np.diff(data.position.isel(frame=-1).values, axis=1)  # growing rods are longest at the end
-    lengths = np.linalg.norm(steps, axis=-1).sum(axis=1)
-    lengths = lengths if np.isfinite(lengths).any() else np.ones(1)
-    return float(np.nanmean(lengths) / _SLENDERNESS)  # without failed rods
+    return _length(data) / _SLENDERNESS
+
+
+def _length(data: xr.Dataset) -> float:
+    """Mean length of the rods at the end, where growing ones are longest."""
+    steps = np.diff(data.position.isel(frame=-1).values, axis=1)
+    return float(np.linalg.norm(steps, axis=-1).sum(axis=1).mean()) or 1.0
+
+
+def _round_off(colour: Colour, data: xr.Dataset, duration: float) -> float:
+    """The size up to which values of a colour are round-off: 1e-12 of one in units of the rods themselves.
+
+    Their unit of length is that of a rod, of time the run, of force B/L².
+    """
+    dimension = dimension_of(colour.unit)
+    if dimension is None:
+        return 0.0
+    length = _length(data)
+    stiffness = next((float(data[key].min()) for key in ("stiffness", "bending_stiffness") if key in data), 0.0)
+    one = length ** dimension[0] * duration ** dimension[1] * (stiffness / length**2) ** dimension[2]
+    return one * (ROUND_OFF**2 if colour.quadratic else ROUND_OFF)
 
 
 def _no_colour(name: str, chosen: dict[str, xr.Dataset]) -> RunFolderError:
     """The error where no chosen ensemble has the quantity of the colours."""
     has = [key for key, row in COLOURS.items() if any(row.is_in(data) for data in chosen.values())]
+    needs, whose = COLOURS[name], f"colour = {name!r}: the trajectory of {', '.join(chosen)}"
+    if all(need in data for data in chosen.values() for need in needs.needs):
+        return RunFolderError(
+            f"{whose} has one frame, and {needs.label} needs {needs.frames}; its rods can have the colours "
+            f"{', '.join(has)}; or run the scene with a smaller time.save_every"
+        )
     return RunFolderError(
-        f"colour = {name!r}: the trajectory of {', '.join(chosen)} has no {', '.join(COLOURS[name].needs)}; its rods "
-        f"can have the colours {', '.join(has)}; or run the scene with it among output.variables"
+        f"{whose} has no {', '.join(needs.needs)}; its rods can have the colours {', '.join(has)}; or run the scene "
+        "with it among output.variables"
     )

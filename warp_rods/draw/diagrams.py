@@ -19,14 +19,14 @@ from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
 from warp_rods.values import shortened
 
-__all__ = ["COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
+__all__ = ["CLASS_COLOURS", "COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
 
 SEED = "seed"
 COMPUTED = 1
 FEW_DECADES = 30.0
 """Ratio of the ends of a logarithmic axis up to which numbers between powers of ten are written."""
 GREY = "0.75"
-KNOWN = dict(zip(CLASSES, OKABE_ITO, strict=False)) | {"irregular": GREY}
+CLASS_COLOURS = dict(zip(CLASSES, OKABE_ITO, strict=False)) | {"irregular": GREY}
 """Colours of the classes of motion; other words get those that are left."""
 CROSS: dict[str, Any] = {"marker": "x", "color": "red", "linestyle": "none", "markersize": 2.5, "markeredgewidth": 0.8}
 OPEN: dict[str, Any] = {"marker": "o", "color": "black", "linestyle": "none", "markerfacecolor": "white"}
@@ -57,14 +57,14 @@ def _is_words(values: xr.DataArray) -> bool:
 def classes_in(values: xr.DataArray) -> list[str]:
     """The words that occur, classes of motion in their order."""
     found = set(np.unique(values.to_numpy().astype(str))) - set(MISSING)
-    return [word for word in KNOWN if word in found] + sorted(found - set(KNOWN))
+    return [word for word in CLASS_COLOURS if word in found] + sorted(found - set(CLASS_COLOURS))
 
 
 def colour_of(word: str, words: list[str]) -> str:
     """The colour of a word."""
-    others = [w for w in words if w not in KNOWN]
-    left = [c for c in OKABE_ITO if c not in [KNOWN[w] for w in words if w in KNOWN]] or list(OKABE_ITO)
-    return KNOWN[word] if word in KNOWN else left[others.index(word) % len(left)]
+    others = [w for w in words if w not in CLASS_COLOURS]
+    left = [c for c in OKABE_ITO if c not in [CLASS_COLOURS[w] for w in words if w in CLASS_COLOURS]] or list(OKABE_ITO)
+    return CLASS_COLOURS[word] if word in CLASS_COLOURS else left[others.index(word) % len(left)]
 
 
 class Marks:

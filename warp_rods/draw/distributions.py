@@ -9,7 +9,7 @@ import xarray as xr
 
 from warp_rods.analysis.motion_class import CLASSES
 from warp_rods.analysis.registry import FAILED
-from warp_rods.draw.labels import BLUE, GUIDE, bin_edges, label
+from warp_rods.draw.labels import BLUE, GUIDE, bin_edges, label, named
 
 FEW = 10
 """Up to this number, rods are drawn one by one."""
@@ -64,7 +64,8 @@ def curvature_histogram(axes: Any, measured: xr.Dataset) -> None:
     axes.stairs(last["gauss_share"], edges, color=BLUE, fill=True, alpha=0.5, label="filaments")
     axes.stairs(last["gauss_area_share"], edges, color="black", label="area of the membrane")
     axes.axvline(0, **GUIDE)
-    axes.set(xlabel="Gaussian curvature (1/length²)", ylabel="share", title=f"at t = {float(last['time']):.4g}")
+    units = measured["gauss_low"].attrs["units"]
+    axes.set(xlabel=named("Gaussian curvature", units), ylabel="share", title=f"at t = {float(last['time']):.4g}")
     axes.legend()
 
 

@@ -157,7 +157,7 @@ EXPORTERS: dict[str, Exporter] = {
         "animation in parts, for long runs: a folder", "", _clips, _usd_size, "animation_clips", options=_STAGE
     ),
     "blender": Exporter(
-        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, _few(4e3), "blender", ("fps",)
+        "script that opens animation.usdc in Blender, with its colours", ".py", _blender, _few(4e3), "blender"
     ),
     "poster": Exporter("first, middle and last frame side by side", ".png", _poster, _few(6e5), "poster"),
     "png": Exporter("a folder with a picture of each frame", "", *_pictures, "pictures", ("dpi",)),

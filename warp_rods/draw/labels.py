@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.described import units_of
 from warp_rods.draw.style import OKABE_ITO
 
 BLUE, ORANGE = OKABE_ITO[:2]
@@ -20,8 +21,18 @@ def label(measured: xr.DataArray) -> str:
 
     Values are in the units of the scene; where these have a size in SI it is named: "in units of 1e-06 m".
     """
-    units = _in_words(str(measured.attrs.get("units", "1"))).replace("^2", "²").replace("^3", "³").replace("*", "·")
-    return fill(str(measured.attrs["long_name"]) + (f" ({units})" if units not in ("", "1") else ""), 38)
+    return fill(named(str(measured.attrs["long_name"]), str(measured.attrs.get("units", "1"))), 38)
+
+
+def named(name: str, units: str) -> str:
+    """A name, and the units of its values in brackets where they have any: "speed (length/time)"."""
+    words = _in_words(units).replace("^2", "²").replace("^3", "³").replace("*", "·")
+    return name + (f" ({words})" if words not in ("", "1", name) else "")
+
+
+def named_in(data: xr.Dataset, name: str, product: str) -> str:
+    """A name and units such as "length/time", in SI where the scene of the data has these units."""
+    return named(name, units_of(data, product))
 
 
 def _in_words(units: str) -> str:
@@ -36,7 +47,7 @@ def _in_words(units: str) -> str:
 
 def times(axes: Any, measured: xr.DataArray | xr.Dataset) -> np.ndarray:
     """The times of the frames [frame]; labels the horizontal axis."""
-    axes.set_xlabel("time")
+    axes.set_xlabel(named("time", str(measured["time"].attrs.get("units", "time"))))
     return measured["time"].to_numpy()
 
 

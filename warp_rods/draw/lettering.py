@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from warp_rods.draw.content import Content
-from warp_rods.draw.picture import curvature_colours
 from warp_rods.draw.scale import Scale
+from warp_rods.draw.sheet import curvature_colours
 
-__all__ = ["Canvas", "clock", "length_text", "round_length"]
+__all__ = ["Canvas", "length_text", "round_length"]
 
 _INK = (40, 42, 46)
 _PREFIXES = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
@@ -47,18 +47,17 @@ class Canvas:
         self._pen.rectangle((x, y, x + pixels, y + thick), fill=_INK)
         self.write(x + pixels / 2, y - 0.25 * self.text, label, "ms", 0.9)
 
-    def colour_bar(self, right: float, y: float, width: float, scale: Scale) -> float:
-        """A bar with the label of the quantity above it and three numbers below; y: of its upper edge.
+    def colour_bar(self, right: float, y: float, width: float, scale: Scale, label: str) -> float:
+        """A bar with a label above it and three numbers below; y: of its upper edge.
 
         It ends at ``right`` and is at least as wide as its label. Returns its left end.
         """
         ends = ["−π", "0", "π"] if scale.colour.kind == "angle" else [_number(value) for value in scale.ticks(3)]
-        return self._bar(right, y, width, lambda count: scale.rgb(scale.ticks(count)), scale.colour.text, ends)
+        return self._bar(right, y, width, lambda count: scale.rgb(scale.ticks(count)), label, ends)
 
-    def curvature_bar(self, right: float, y: float, width: float, largest: float) -> float:
+    def curvature_bar(self, right: float, y: float, width: float, largest: float, label: str) -> float:
         """The bar of the Gaussian curvature of a membrane."""
         ends = [_number(value) for value in (-largest, 0.0, largest)]
-        label = "Gaussian curvature of membrane (1/length²)"
         return self._bar(right, y, width, lambda count: curvature_colours(np.linspace(-1, 1, count)), label, ends)
 
     def _bar(
@@ -86,14 +85,6 @@ def _font(size: int) -> Any:
 
 def _number(value: float) -> str:
     return f"{value:.2g}".replace("-", "−")
-
-
-def clock(shown: Content, frame: int) -> str:
-    """The time of a frame with as many decimals as frames next to each other need."""
-    steps = np.diff(shown.times)
-    step = float(np.median(steps)) if len(steps) else 1.0
-    decimals = int(np.clip(np.ceil(-np.log10(step) - 1e-9), 0, 6)) if step > 0 else 3
-    return f"t = {shown.times[frame]:.{decimals}f}"
 
 
 def round_length(most: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.analysis.kymograph import TERMS
-from warp_rods.draw.labels import bin_edges, label, panels, times
+from warp_rods.draw.labels import bin_edges, label, named, panels, times
 
 
 def density_map(axes: Any, measured: xr.DataArray) -> None:
@@ -18,9 +18,13 @@ def density_map(axes: Any, measured: xr.DataArray) -> None:
     one, other = last.dims
     edges = [bin_edges(last[side].to_numpy()) for side in (one, other)]
     drawn = axes.pcolormesh(*edges, last.to_numpy().T, vmin=0, rasterized=True)
-    axes.set(aspect="equal", xlabel=f"{one} (length)", ylabel=f"{other} (length)")
+    axes.set(aspect="equal", xlabel=_named(last[one]), ylabel=_named(last[other]))
     axes.figure.colorbar(drawn, ax=axes, label=label(measured))
     axes.set_title(f"at t = {float(last['time']):.4g}" + (", mean along z" if measured.ndim == 4 else ""))
+
+
+def _named(side: xr.DataArray) -> str:
+    return named(str(side.name), str(side.attrs["units"]))
 
 
 def energy_terms(axes: Any, measured: xr.Dataset, rod: int = 0) -> None:
@@ -38,6 +42,8 @@ def energy_terms(axes: Any, measured: xr.Dataset, rod: int = 0) -> None:
         values = one[name].transpose("frame", "node").to_numpy()
         top = max(float(np.nanquantile(values, 0.99)), np.finfo(float).tiny)
         mapped = panel.pcolormesh(time, arc, values, vmin=0, vmax=top, shading="gouraud", rasterized=True)
-        panel.figure.colorbar(mapped, ax=panel, extend="max", label="force")
-        panel.set(title=f"energy per length of {strain}, rod {rod}", ylabel="arc length (length)")
+        panel.figure.colorbar(mapped, ax=panel, extend="max", label=named("", one[name].attrs["units"]).strip())
+        panel.set(
+            title=f"energy per length of {strain}, rod {rod}", ylabel=named("arc length", one["arc"].attrs["units"])
+        )
     times(drawn[-1], one)

@@ -13,12 +13,12 @@ import warp as wp
 
 from warp_rods.device import exclusive, start
 from warp_rods.draw.content import Content
-from warp_rods.draw.sheet import Sheet
+from warp_rods.draw.sheet import curvature_colours
 from warp_rods.draw.view import View
 from warp_rods.kernels import picture as kernels
 from warp_rods.membranes.mesh import Mesh
 
-__all__ = ["Painter", "curvature_scale"]
+__all__ = ["Painter"]
 
 FINER = 2
 """Pixels of the drawing for one of the picture, along each side: their mean has smooth edges."""
@@ -31,10 +31,6 @@ _LINE = 0.6 * FINER
 """Half the thickness of edges and trails, pixels of the drawing."""
 _TRAIL_RODS, _TRAIL_FRAMES = 20, 200
 """Rods that travel far leave trails, where they are few; from so many frames at most."""
-_PALE = 0.55
-"""How much of white is in the colours of a membrane, so that the rods stand out."""
-_CURVED = "coolwarm"
-"""Map of the Gaussian curvature of a membrane: blue for saddles, red for caps."""
 
 
 class Painter:
@@ -50,8 +46,7 @@ class Painter:
         self.scale = float(min(width / (2 * view.half[0]), height / (2 * view.half[1])))
         self._sheet = shown.membrane or shown.container
         self._opacity = _OPACITY if shown.membrane else _CONTAINER_OPACITY
-        ends = sorted({0, shown.frames // 2, shown.frames - 1})
-        self.curvature = curvature_scale(shown.membrane, ends) if shown.membrane else 0.0
+        self.curvature = shown.membrane.curvature if shown.membrane else 0.0
         with exclusive:
             self._rods, self._front, self._back = (self._layer() for _ in range(3))
             self._out: Any = wp.empty((FINER * height, FINER * width), dtype=wp.vec3, device="cpu")
@@ -122,7 +117,7 @@ class Painter:
         sheet: Any = kernels.Sheet()
         colours = np.broadcast_to(_NEUTRAL, mesh.points.shape)
         if self.curvature:
-            colours = curvature_colours(self._sheet.curvatures(frame).gaussian / self.curvature)
+            colours = curvature_colours(self._sheet.ratio(frame))
         normals = mesh.normals @ view.axes.T * (1.0, -1.0, 1.0)
         for name, values in (("points", self.to_pixels(mesh.points, view)), ("normals", normals), ("colours", colours)):
             setattr(sheet, name, wp.array(np.asarray(values, np.float32), dtype=wp.vec3, device="cpu"))
@@ -142,22 +137,3 @@ class Painter:
 
     def _clear(self, layer: Any) -> None:
         layer.depth.fill_(kernels.FAR)
-
-
-def curvature_scale(sheet: Sheet, frames: list[int]) -> float:
-    """The Gaussian curvature at both ends of the colours of a membrane, 1/length²; 0 where it hardly varies.
-
-    That of all these frames, so that a moving membrane has one scale.
-    """
-    every = np.concatenate([sheet.curvatures(frame).gaussian for frame in (frames if sheet.moving else [0])])
-    low, high = np.quantile(every[np.isfinite(every)], (0.02, 0.98))
-    largest = max(abs(low), abs(high))
-    return float(largest) if high - low > 0.02 * largest else 0.0
-
-
-def curvature_colours(ratio: np.ndarray) -> np.ndarray:
-    """sRGB [..., 3] of Gaussian curvature over its largest value [...]."""
-    from matplotlib import colormaps
-
-    mapped = colormaps[_CURVED]((np.nan_to_num(ratio) + 1) / 2)[..., :3]
-    return _PALE + (1 - _PALE) * mapped

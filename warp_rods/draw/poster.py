@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.content import Content
-from warp_rods.draw.lettering import Canvas, clock, length_text, round_length
+from warp_rods.draw.lettering import Canvas, length_text, round_length
 from warp_rods.draw.picture import Painter
+from warp_rods.draw.scale import Scale
 from warp_rods.draw.view import view_of
 from warp_rods.progress import with_progress
 
@@ -38,7 +40,8 @@ def _poster(shown: Content) -> Canvas:
     width = (WIDTH - 2 * _MARGIN - 2 * _GAP) // 3
     height = int(np.clip(width * view.half[1] / view.half[0], _LOWEST, _HIGHEST))
     painter = Painter(shown, view, width, height)
-    title, below = (2 * _TEXT if shown.title else 0), round((2.2 + _LEGEND) * _TEXT)
+    each = shown.selection.span == "frame"  # panels then have ranges, and bars, of their own
+    title, below = (2 * _TEXT if shown.title else 0), round((2.2 + _LEGEND * (1 + each)) * _TEXT)
     whole = np.full((2 * _MARGIN + title + height + below, WIDTH, 3), 255, np.uint8)
     left = (WIDTH - len(frames) * (width + _GAP) + _GAP) // 2
     places = [left + number * (width + _GAP) for number in range(len(frames))]
@@ -47,22 +50,30 @@ def _poster(shown: Content) -> Canvas:
         whole[top : top + height, x : x + width] = painter.paint(frame)
     canvas = Canvas(whole, _TEXT)
     canvas.write(_MARGIN, _MARGIN, _shortened(canvas, shown.title, WIDTH - 2 * _MARGIN, 1.2), size=1.2)
+    clock = clock_of(shown)
     for x, frame in zip(places, frames, strict=True):
-        canvas.write(x + width / 2, top + height + 0.5 * _TEXT, clock(shown, frame), "ma")
-    legend(canvas, painter, shown, frames[-1], _MARGIN, WIDTH - _MARGIN, whole.shape[0] - _MARGIN)
+        canvas.write(x + width / 2, top + height + 0.5 * _TEXT, clock.text(shown.times[frame]), "ma")
+        if each:
+            bar = max(0.6 * width, canvas.width_of(shown.label, 0.8))
+            y = top + height + (_LEGEND + 0.3) * _TEXT
+            canvas.colour_bar(x + (width + bar) / 2, y, bar, shown.scale(frame), shown.label)
+    scale = None if each else shown.scale(0)
+    legend(canvas, painter, shown, scale, _MARGIN, WIDTH - _MARGIN, whole.shape[0] - _MARGIN)
     return canvas
 
 
 def legend(
-    canvas: Canvas, painter: Painter, shown: Content, frame: int, left: float, right: float, bottom: float
+    canvas: Canvas, painter: Painter, shown: Content, scale: Scale | None, left: float, right: float, bottom: float
 ) -> None:
-    """Scale bar at the left, colour bars at the right, above ``bottom``."""
+    """Scale bar at the left, colour bars at the right, above ``bottom``; without a scale none for the rods."""
     y, width = bottom - 1.9 * canvas.text, min(0.22 * (right - left), 16 * canvas.text)
     length = round_length(0.14 * (right - left) / painter.scale * shown.metres) / shown.metres
     canvas.scale_bar(left, y + 0.3 * canvas.text, length * painter.scale, length_text(length, shown))
-    right = canvas.colour_bar(right, y, width, shown.scale(frame))
+    if scale:
+        right = canvas.colour_bar(right, y, width, scale, shown.label) - 2 * canvas.text
     if painter.curvature:
-        canvas.curvature_bar(right - 2 * canvas.text, y, width, painter.curvature)
+        label = shown.named("Gaussian curvature of membrane", "1/length^2")
+        canvas.curvature_bar(right, y, width, painter.curvature, label)
 
 
 def _shortened(canvas: Canvas, text: str, width: float, size: float) -> str:
@@ -84,14 +95,14 @@ def pictures(shown: Content, width: int, height: int, what: str = "pictures") ->
     """The pictures of all frames, of this size, with clock, scale bar and colour bar."""
     text = round(max(height / 36, 11))
     margin, low = text, round(_LEGEND * text)
-    view = view_of(shown)
+    view, clock = view_of(shown), clock_of(shown)
     painter = Painter(shown, view, width - 2 * margin, height - 2 * margin - low)
     for frame in with_progress(range(shown.frames), what):
         whole = np.full((height, width, 3), 255, np.uint8)
         whole[margin : height - margin - low, margin : width - margin] = painter.paint(frame)
         canvas = Canvas(whole, text)
-        canvas.write(margin, margin, clock(shown, frame))
-        legend(canvas, painter, shown, frame, margin, width - margin, height - margin / 2)
+        canvas.write(margin, margin, clock.text(shown.times[frame]))
+        legend(canvas, painter, shown, shown.scale(frame), margin, width - margin, height - margin / 2)
         yield canvas
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.draw.colours import Colour, at_frames
+from warp_rods.rods.status import Status
 
 __all__ = ["Rods"]
 
@@ -32,20 +33,26 @@ class Rods:
         self._colour, self._period = colour, period
         self._block = max(1, int(_READ_AT_ONCE / (8 * 4 * self.count * self.nodes)))
         self._read: dict[str, tuple[int, np.ndarray]] = {}  # the block of each variable that was read last
-        self._lost: dict[int, np.ndarray] = {}  # last places of rods that fail, once they are known
 
     def positions(self, frame: int) -> np.ndarray:
-        """Centre lines [rod, node, 3] as drawn: in the periodic box, and lost rods where they were last."""
-        places = into_box(self.variable("position", frame), self._period)
-        for rod in np.flatnonzero(~np.isfinite(places).all(axis=(1, 2))):
-            places[rod] = self._last_place(int(rod), self.frames[frame])
-        return places
+        """Centre lines [rod, node, 3] as drawn: in the periodic box, and lost rods where they were frozen."""
+        return into_box(self.variable("position", frame), self._period)
 
     def values(self, frame: int) -> np.ndarray:
         """Values of the colour [rod, node]; NaN for rods without one, as lost ones."""
         if not self.coloured:
             return np.full((self.count, self.nodes), np.nan)
-        return self._in_block("", frame, lambda frames: self._colour.values(self.data, frames))
+        values = self._in_block("", frame, lambda frames: self._colour.values(self.data, frames))
+        return self.without_lost(values, frame)
+
+    def lost(self, frame: int) -> np.ndarray:
+        """Which rods have failed by this frame, [rod]; what is saved of them since is their last valid state."""
+        return self.variable("status", frame) != Status.OK
+
+    def without_lost(self, values: np.ndarray, frame: int) -> np.ndarray:
+        """Values [rod, …] at this frame, NaN for lost rods."""
+        lost = self.lost(frame).reshape(-1, *[1] * (values.ndim - 1))
+        return np.where(lost, np.nan, values)
 
     def each(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """``positions`` and ``values`` of all chosen frames in turn."""
@@ -62,18 +69,6 @@ class Rods:
         if self._read.get(name, (-1, None))[0] != first:
             self._read[name] = first, read(self.frames[first : first + self._block])
         return self._read[name][1][frame - first]
-
-    def _last_place(self, rod: int, frame: int) -> np.ndarray:
-        """Where a lost rod was last, [node, 3]; found by bisection, as a rod that is lost stays so."""
-        if rod not in self._lost:
-            position = self.data["position"].isel(rod=rod)
-            there, lost = -1, frame
-            while lost - there > 1:
-                middle = (there + lost) // 2
-                there, lost = (middle, lost) if np.isfinite(position[middle]).all() else (there, middle)
-            place = position[there].values if there >= 0 else np.zeros((self.nodes, 3))
-            self._lost[rod] = into_box(place[None], self._period)[0]
-        return self._lost[rod]
 
 
 def into_box(position: np.ndarray, period: np.ndarray) -> np.ndarray:

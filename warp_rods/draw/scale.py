@@ -15,6 +15,9 @@ LACKING = (0.55, 0.55, 0.55)
 _QUANTILES = (0.02, 0.98)
 """Quantiles of an amount at both ends of its scale; that of a signed one is symmetric, at the second of |values|."""
 
+_SAME = 1e-12
+"""Values that differ by this part of their size are equal but for round-off."""
+
 
 @dataclass(frozen=True)
 class Scale:
@@ -41,17 +44,27 @@ class Scale:
         return self.low + (self.high - self.low) * (even**2 if self.colour.quadratic else even)
 
 
-def scale_of(colour: Colour, values: np.ndarray) -> Scale:
-    """The scale that suits all these values [...]; those that are not finite do not count."""
+def scale_of(colour: Colour, values: np.ndarray, round_off: float = 0.0) -> Scale:
+    """The scale that suits all these values [...]; those that are not finite do not count.
+
+    Where the quantiles leave no range, as of few values beside many zeros, it goes to the extreme ones. A constant is
+    in the middle of its scale. Values up to ``round_off``, and differences of 1e-12 of the largest value, are none.
+    """
     if colour.kind == "angle":
         return Scale(colour, -np.pi, np.pi)
     values = values[np.isfinite(values)]
+    values = np.where(np.abs(values) > round_off, values, 0.0) if values.size else np.zeros(1)
     if colour.kind == "signed":
-        largest = float(np.quantile(np.abs(values), _QUANTILES[1])) if values.size else 0.0
-        return Scale(colour, -largest or -1.0, largest or 1.0)
-    low, high = map(float, np.quantile(values, _QUANTILES)) if values.size else (0.0, 1.0)
-    low = 0.0 if colour.quadratic else low
-    return Scale(colour, low, high if high > low else low + 1.0)
+        size = np.abs(values)
+        largest = float(np.quantile(size, _QUANTILES[1]) or size.max()) or 1.0
+        return Scale(colour, -largest, largest)
+    quantiles = (0.0, 1.0) if colour.whole else _QUANTILES
+    for ends in (quantiles, (0.0, 1.0)):
+        low, high = map(float, np.quantile(values, ends))
+        low = 0.0 if colour.quadratic else low
+        if high - low > _SAME * max(abs(low), abs(high)):
+            return Scale(colour, low, high)
+    return Scale(colour, min(0.0, 2 * low), max(0.0, 2 * low)) if low else Scale(colour, 0.0, 1.0)
 
 
 def linear(screen: np.ndarray) -> np.ndarray:

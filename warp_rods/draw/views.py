@@ -17,7 +17,7 @@ import xarray as xr
 
 from warp_rods.analysis.described import without_failed
 from warp_rods.analysis.shape import mode_coefficients
-from warp_rods.draw.labels import BLUE, GUIDE, ORANGE, above, label, panels, times
+from warp_rods.draw.labels import BLUE, GUIDE, ORANGE, above, label, named, named_in, panels, times
 from warp_rods.draw.style import OKABE_ITO
 
 __all__ = ["VIEWS", "View", "views"]
@@ -46,8 +46,8 @@ def energies(axes: Any, data: xr.Dataset) -> None:
     known = [name for name in ("energy", "steric_energy", "wall_energy") if name in data]
     _sums(upper, data, [name for name in known if name == "energy" or (data[name] != 0).any()])
     _sums(lower, data, [name for name in ("dissipation", "power", "growth_power", "membrane_power") if name in data])
-    upper.set_ylabel("energy (force·length)")
-    lower.set_ylabel("power (force·length/time)")
+    upper.set_ylabel(named_in(data, "energy", "force*length"))
+    lower.set_ylabel(named_in(data, "power", "force*length/time"))
     times(lower, data)
 
 
@@ -100,7 +100,10 @@ def kymograph(axes: Any, data: xr.Dataset, variable: str, component: str | None 
     ends, name = np.broadcast_to(along, numbers.shape), "position along the rod s"
     if "length" in data and "rod" in data["length"].dims:
         length = data["length"].isel(rod=rod).to_numpy()
-        ends, name = (along - along[0]) * np.broadcast_to(length, len(numbers))[:, None], "arc length (length)"
+        ends, name = (
+            (along - along[0]) * np.broadcast_to(length, len(numbers))[:, None],
+            named_in(data, "arc length", "length"),
+        )
     time = np.broadcast_to(data["time"].to_numpy()[:, None], numbers.shape)
     top = max(float(np.nanquantile(np.abs(numbers), 0.99)), np.finfo(float).tiny)
     signed = bool((numbers < 0).any())
@@ -126,7 +129,7 @@ def phase_portrait(axes: Any, data: xr.Dataset) -> None:
         axes.plot(x, y, color=BLUE, linewidth=0.6, alpha=1.0 if len(first) < 4 else 0.6)
     axes.plot(first[:, 0], second[:, 0], "o", color="0.5", label="start", zorder=3)
     axes.plot(first[:, -1], second[:, -1], "o", color=ORANGE, label="end", zorder=3)
-    names = [f"bending mode {mode}, component {component + 1} (1/length)" for component, mode in chosen]
+    names = [named(f"bending mode {m}, component {c + 1}", found.attrs["units"]) for c, m in chosen]
     axes.set(xlabel=names[0], ylabel=names[1])
     above(axes)
 

@@ -1,4 +1,4 @@
-"""Maps of classes of motion: their colours, cells and legend."""
+"""Maps of classes of motion in the colours of diagrams of studies: cells and legend."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.draw import plots
+from warp_rods.draw.diagrams import CLASS_COLOURS
 
-CLASS_COLOURS = {name: plots.OKABE_ITO[i] for i, name in enumerate(("twisted-U", "flapping", "S", "waving"))}
-CLASS_COLOURS |= {"U": "#56B4E9", "straight": "0.85", "irregular": "0.55"}
+__all__ = ["CLASS_COLOURS", "cells", "draw", "legend"]
 
 
 def cells(values: np.ndarray) -> np.ndarray:

@@ -183,23 +183,36 @@ class Scene(Table):
 
 def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
     """Put ``folder`` before the relative paths in the tables of a scene; returns whether there were some."""
+    found = False
+    for table, key in _readers(tables):
+        value = table[key]
+        paths = value if isinstance(value, list) else [value]
+        whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
+        if whole != paths:
+            table[key], found = whole if isinstance(value, list) else whole[0], True
+    return found
+
+
+def paths_read(tables: dict[str, Any]) -> list[str]:
+    """The files and folders that a scene with these tables reads, as they are given."""
+    values = [table[key] for table, key in _readers(tables)]
+    each = [path for value in values for path in (value if isinstance(value, (list, tuple)) else [value])]
+    return list(dict.fromkeys(path for path in each if isinstance(path, str)))
+
+
+def _readers(tables: dict[str, Any]) -> list[tuple[dict[str, Any], str]]:
+    """The tables of a scene that give a path, or a list of paths, with its key."""
     box = tables.get("box")
     surfaces = (tables.get("surface"), box.get("surface") if isinstance(box, dict) else None)
     ensembles = [tables.get(key) for key in ("filaments", "swimmers")]
-    rods = [table for each in ensembles if isinstance(each, list) for table in each if isinstance(table, dict)]
+    lists = (list, tuple)
+    rods = [table for each in ensembles if isinstance(each, lists) for table in each if isinstance(table, dict)]
     owners = [(table, "file") for table in surfaces] + [
         (t.get("shape"), key) for t in rods for key in ("points", "run")
     ]
-    ends = [end for t in rods if isinstance(pair := t.get("ends"), list) for end in pair]
+    ends = [end for t in rods if isinstance(pair := t.get("ends"), lists) for end in pair]
     owners += [(end.get(key), "file") for end in ends if isinstance(end, dict) for key in ("motion", "rotation")]
-    found = False
-    for table, key in owners:
-        value = table.get(key) if isinstance(table, dict) else None
-        paths = value if isinstance(value, list) else [value]
-        whole = [str(folder / path) if isinstance(path, str) else path for path in paths]
-        if isinstance(table, dict) and whole != paths:
-            table[key], found = whole if isinstance(value, list) else whole[0], True
-    return found
+    return [(table, key) for table, key in owners if isinstance(table, dict) and key in table]
 
 
 def _called(kind: str, count: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from warp_rods.errors import RunFolderError
@@ -11,10 +12,14 @@ from warp_rods.errors import RunFolderError
 __all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "replace_file", "sync"]
 
 
-def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = None, *, durable: bool = False) -> None:
+def replace_file(
+    path: Path, data: bytes | memoryview, partial: Path | None = None, *, durable: bool = False,
+    before: Callable[[], None] = lambda: None,
+) -> None:  # fmt: skip
     """Write ``data`` under the temporary name ``partial`` (default: beside the file) and rename it to ``path``.
 
-    durable: also after a loss of power. The folder of ``path`` must exist; otherwise raises OSError and leaves nothing.
+    durable: also after a loss of power. before: called when only the name is left to be changed; if it raises, the old
+    file stays. The folder of ``path`` must exist; otherwise raises OSError and leaves nothing.
     """
     partial = partial or path.with_name(f".{path.name}.partial")
     try:
@@ -23,8 +28,9 @@ def replace_file(path: Path, data: bytes | memoryview, partial: Path | None = No
             if durable:
                 file.flush()
                 os.fsync(file.fileno())
+        before()
         partial.replace(path)
-    except OSError:
+    except BaseException:
         partial.unlink(missing_ok=True)
         raise
     if durable:

@@ -18,7 +18,7 @@ from filelock import FileLock, Timeout
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.files import replace_file
 
-__all__ = ["LOCK", "UNDER_WAY", "Telling", "UnderWay", "is_under_way", "lock_folder"]
+__all__ = ["LOCK", "UNDER_WAY", "FolderInUse", "Telling", "UnderWay", "is_under_way", "lock_folder"]
 
 LOCK, UNDER_WAY = ".lock", ".under_way.json"
 TELL_EVERY = 1.0
@@ -78,13 +78,17 @@ class Telling:
             replace_file(self._file, json.dumps(asdict(state)).encode())
 
 
+class FolderInUse(RunFolderError):
+    """Another process holds the folder of a run."""
+
+
 def lock_folder(folder: Path) -> FileLock:
-    """Hold a folder until the lock is released or the process ends; RunFolderError if another process holds it."""
+    """Hold a folder until the lock is released or the process ends; FolderInUse if another process holds it."""
     lock = FileLock(folder / LOCK)
     try:
         lock.acquire(timeout=PATIENCE, poll_interval=0.02)
     except Timeout:
-        raise RunFolderError(f"another run is writing to {folder}: wait for it, or give another --out") from None
+        raise FolderInUse(f"another run is writing to {folder}: wait for it, or give another --out") from None
     with contextlib.suppress(OSError):  # what a killed run told is not of this one
         (folder / UNDER_WAY).unlink(missing_ok=True)
     return lock

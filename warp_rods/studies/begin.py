@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import shutil
 import time
+import tomllib
+import uuid
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
-from warp_rods.errors import RunFolderError, SceneError
-from warp_rods.scene.scene import Scene
+from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
+from warp_rods.scene.scene import Scene, with_whole_paths
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
+from warp_rods.simulation.zarr_format import METADATA
 from warp_rods.studies.batches import batch_tables, why_not
+from warp_rods.studies.inputs import inputs
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan, columns_of
 from warp_rods.studies.points import assumes, measured
 from warp_rods.studies.probes import refuse_other_dimensions
 from warp_rods.studies.record import Record, bytes_of_a_rod, still
-from warp_rods.studies.store import STORE, Store
+from warp_rods.studies.store import STORE, Store, this_process
 from warp_rods.studies.summaries import SETTLED
-from warp_rods.studies.tasks import SCENE, TRAJECTORIES
+from warp_rods.studies.tasks import SCENE, TRAJECTORIES, scene_of
 
 __all__ = ["begin"]
 
@@ -37,6 +43,8 @@ MOST_RODS, MOST_BYTES = 4096, 1.5e8
 """Rods of a batch, and bytes of its trajectory in memory, at most."""
 TRIED, BUDGET = 8, 3.0
 """Points with which times are estimated, and seconds for that."""
+MOST_PLACES = 65536
+"""Points of a chunk, which is a file of each variable."""
 FEWEST = 192
 """Rods of a batch, where there are as many: reading frames and measuring takes about as long for fewer."""
 
@@ -44,32 +52,24 @@ FEWEST = 192
 def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
     """The store of a study in ``folder``, made unless it is there, and lines for the user.
 
-    Its kernels are compiled then. Raises RunFolderError where the folder holds another study, or something else.
+    Its kernels are compiled then. Raises RunFolderError where the folder holds another study, or something else, and
+    SceneError for a study that is not possible; then what the folder holds stays, with ``overwrite`` as well.
     """
-    if overwrite:
-        _remove(folder)
-    if (folder / STORE).exists():
+    there = (folder / STORE / METADATA).exists()
+    if there and not overwrite:
         return _resumed(plan, folder, device), []
-    ours = (SCENE, STORE, TRAJECTORIES)  # another part may be making them
-    if folder.exists() and any(not file.name.startswith(".") and file.name not in ours for file in folder.iterdir()):
+    if not there and folder.exists() and any(not file.name.startswith(".") for file in folder.iterdir()):
         raise RunFolderError(f"{folder} holds something that is not a study: give another --out")
-    return _created(plan, folder, device, workers)
-
-
-def _remove(folder: Path) -> None:
-    """Remove the study in a folder, and nothing else."""
-    for name in (STORE, TRAJECTORIES):
-        shutil.rmtree(folder / name, ignore_errors=True)
+    return _created(plan, folder, device, workers, overwrite)
 
 
 def _resumed(plan: Plan, folder: Path, device: str) -> Store:
-    """The store of a study that goes on; raises RunFolderError where it is that of another scene or device."""
+    """The store of a study that goes on; raises RunFolderError where its points would not be those of one study."""
     store = Store(folder / STORE)
     attributes = store.attributes
     if attributes.get("scene_hash") != plan.scene.hash():
-        before = Scene.load(folder / SCENE) if (folder / SCENE).is_file() else None
         raise RunFolderError(
-            f"{folder} holds a study of another scene{_differences(before, plan.scene)}: give another --out, or "
+            f"{folder} holds a study of another scene{_differences(store, plan.scene)}: give another --out, or "
             f"--overwrite to replace it"
         )
     if attributes.get("device") != _kind(device):
@@ -77,7 +77,19 @@ def _resumed(plan: Plan, folder: Path, device: str) -> Store:
             f"{folder} was begun on {attributes.get('device')}, whose bits are not those of {_kind(device)}: go on "
             f"with --device {attributes.get('device')}"
         )
+    if (before := attributes.get("warp_rods_version")) != (now := version("warp-rods")):
+        raise RunFolderError(
+            f"{folder} was begun with warp-rods {before}, whose numbers may not be those of {now}: go on with that "
+            f"version, give another --out, or --overwrite to replace the study"
+        )
+    files = inputs(plan)
+    if changed := [path for path, sha in attributes.get("inputs", {}).items() if files.get(path) != sha]:
+        raise RunFolderError(
+            f"{folder}: {', '.join(changed)} changed since this study was begun: put back what was there, give "
+            f"another --out, or --overwrite to replace the study"
+        )
     store.clear_leftovers()
+    _copy_scene(store, folder)
     _warm_up(plan, device)
     return store
 
@@ -86,11 +98,9 @@ def _kind(device: str) -> str:
     return "cuda" if device.startswith("cuda") else "cpu"
 
 
-def _differences(before: Scene | None, now: Scene) -> str:
-    """The tables in which two scenes differ, in words."""
-    if before is None:
-        return ""
-    one, other = before.model_dump(), now.model_dump()
+def _differences(store: Store, now: Scene) -> str:
+    """The tables in which the scene of a study and another one differ, in words."""
+    one, other = scene_of(store).model_dump(), now.model_dump()
     keys = [f"[{key}]" if isinstance(other[key] or one[key], dict) else key for key in one if one[key] != other[key]]
     return f" ({', '.join(keys)} differ{'s' if len(keys) == 1 else ''})"
 
@@ -102,7 +112,7 @@ def _warm_up(plan: Plan, device: str) -> Simulation:
     return simulation
 
 
-def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store, list[str]]:
+def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
     simulation = _warm_up(plan, device)
     found = _probe(plan, simulation)
     reason = why_not(plan.scene, plan.paths, simulation) if plan.sweep.keep == "summary" else "trajectories are kept"
@@ -113,19 +123,47 @@ def _created(plan: Plan, folder: Path, device: str, workers: int) -> tuple[Store
         fits = MOST_BYTES / max(bytes_of_a_rod(simulation, plan.needs) * rods, 1.0)
         together = max(1, int(min(MOST_RODS / rods, fits)))
     fewest = math.ceil(FEWEST / rods) if together else 1
-    chunk = _chunk(plan, _points_in_a_task(plan, seconds, workers, fewest, together or math.inf))
-    folder.mkdir(parents=True, exist_ok=True)
-    replace_file(folder / SCENE, plan.scene.to_toml().encode(), durable=True)
+    task = _points_in_a_task(plan, seconds, workers, fewest, together or math.inf)
     attributes = {
         "title": plan.scene.title, "warp_rods_version": version("warp-rods"), "scene_hash": plan.scene.hash(),
-        "device": _kind(device), "points_in_a_batch": together, "scene": plan.scene.to_toml(),
+        "device": _kind(device), "points_in_a_batch": together, "points_in_a_task": task, "inputs": inputs(plan),
+        "study": uuid.uuid4().hex, "scene": _with_whole_paths(plan.scene),
     }  # fmt: skip
     own = ["settled", "lost", "message", *(["trajectory"] if plan.sweep.keep == "trajectory" else []), "state"]
     columns = columns_of(found, assumes(plan, found))
-    store = create(folder / STORE, plan.axes, columns, chunk, own, attributes, {"settled": {"comment": SETTLED}})
+    folder.mkdir(parents=True, exist_ok=True)
+    if overwrite:
+        _set_aside(folder / TRAJECTORIES)
+    explained = {"settled": {"comment": SETTLED}}
+    store = create(folder / STORE, plan.axes, columns, _chunk(plan, task), own, attributes, explained, overwrite)
+    if store.identity != attributes["study"]:  # another process was faster, perhaps with another scene
+        return _resumed(plan, folder, device), []
+    _copy_scene(store, folder)
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
     warnings = [f"warning, at the first point: {line}" for line in simulation.warnings]
     return store, [*warnings, f"points are {how}; about {seconds:.2g} s of one core for each"]
+
+
+def _with_whole_paths(scene: Scene) -> str:
+    """The scene as TOML for workers, whose present folder is another one."""
+    tables = tomllib.loads(scene.to_toml())
+    with_whole_paths(tables, Path.cwd())
+    return tomli_w.dumps(tables)
+
+
+def _set_aside(folder: Path) -> None:
+    """Remove a folder, which is nobody's from the first moment on."""
+    aside = folder.with_name(f".{folder.name}.{this_process()}.old")
+    with contextlib.suppress(FileNotFoundError):
+        folder.rename(aside)
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _copy_scene(store: Store, folder: Path) -> None:
+    """The scene of the study beside its store, for who looks at the folder; nothing reads it."""
+    text = store.attributes["scene"].encode()
+    if not (folder / SCENE).is_file() or (folder / SCENE).read_bytes() != text:
+        replace_file(folder / SCENE, text, store.partial(), durable=True)
 
 
 def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
@@ -144,9 +182,12 @@ def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> fl
         return _tried(simulation)
     points = np.argwhere(plan.first())
     some = [tuple(points[i].tolist()) for i in np.linspace(0, len(points) - 1, TRIED).astype(int)]
-    scene = Scene.parse(batch_tables([plan.tables_at(point) for point in some]))
-    batch = Simulation(scene, device, seeds=[plan.axes[-1].values[point[-1]] for point in some])
-    return _tried(batch) / TRIED
+    for tried in (some, some[:1] * TRIED):  # a point that is not possible fails by itself, later
+        with contextlib.suppress(WarpRodsError, ValueError, ArithmeticError):
+            scene = Scene.parse(batch_tables([plan.tables_at(point) for point in tried]))
+            batch = Simulation(scene, device, seeds=[plan.axes[-1].values[point[-1]] for point in tried])
+            return _tried(batch) / TRIED
+    return _tried(simulation)
 
 
 def _tried(simulation: Simulation) -> float:
@@ -172,12 +213,17 @@ def _points_in_a_task(plan: Plan, seconds: float, workers: int, fewest: int, mos
 
 
 def _chunk(plan: Plan, points: int) -> tuple[int, ...]:
-    """The shape of a chunk of the grid with about so many first points: whole rows of the last axes first."""
+    """The shape of a chunk of the grid with about so many first points: whole rows of the last axes first.
+
+    A file has ``MOST_PLACES`` at most, with those of refinement, as it is written once for each task of the chunk.
+    """
     chunk: list[int] = []
+    places = MOST_PLACES
     for axis in reversed(plan.axes):
-        here = min(axis.first, max(points, 1))
+        here = max(min(axis.first, points, places // axis.stride), 1)
         parts = math.ceil(axis.first / here)
         here = math.ceil(axis.first / parts)  # chunks of about equal sizes
         chunk.append(min(here * axis.stride, len(axis)))
         points = round(points / here)
+        places //= chunk[-1]
     return tuple(reversed(chunk))

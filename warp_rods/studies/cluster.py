@@ -10,17 +10,22 @@ from __future__ import annotations
 import contextlib
 import errno
 import itertools
+import multiprocessing
 import queue
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
 from dataclasses import dataclass, field
 from typing import Any
 
 from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
-from warp_rods.studies.tasks import Outcome, Task, again, do, give_up
+from warp_rods.simulation.storage import StorageError
+from warp_rods.studies.tasks import Outcome, Task, again, do, each, give_up
 
-__all__ = ["SchedulerLost", "available", "connected", "run_on"]
+__all__ = ["SchedulerLost", "available", "connected", "end_if_a_worker", "run_on"]
 
+CUDA = "cuda"
+"""The device of workers elsewhere, each of which takes one that it sees."""
 EACH = 2
 """Tasks with the scheduler for each worker: one that runs, and one that waits."""
 TICK = 1.0
@@ -48,6 +53,28 @@ def require() -> None:
         raise SceneError(f"a cluster needs Dask, which is not installed: {INSTALL}; or use --part")
 
 
+def end_if_a_worker() -> None:
+    """End this process where it is a worker that imports the script which began the study, as that has no guard."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)
+
+
+def _local(workers: int) -> Any:
+    """A cluster of this machine's cores; raises SceneError where a script of the user cannot be imported for it."""
+    from distributed import LocalCluster
+
+    try:
+        return LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
+            silence_logs=50, memory_limit=0,
+        )  # fmt: skip
+    except RuntimeError as error:
+        raise SceneError(
+            f"sweep: the {workers} processes did not start ({error}); each imports the script that calls wr.sweep, "
+            f'which must do so below the line: if __name__ == "__main__":'
+        ) from None
+
+
 @contextlib.contextmanager
 def connected(scheduler: str | None, workers: int) -> Iterator[Any]:
     """A client of the scheduler at an address, or of a cluster of ``workers`` processes with one thread each here.
@@ -56,17 +83,12 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Any]:
     """
     require()
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     with contextlib.ExitStack() as held:
         held.enter_context(dask.config.set({"distributed.admin.tick.limit": "1h"}))  # a step may take long
         if scheduler is None:
-            scheduler = held.enter_context(
-                LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0",
-                    silence_logs=50, memory_limit=0,
-                )
-            )  # fmt: skip
+            scheduler = held.enter_context(_local(workers))
         try:
             client = held.enter_context(Client(scheduler, timeout="20s", set_as_default=False))
         except (OSError, ValueError) as error:
@@ -84,10 +106,8 @@ class _Running:
     folder: str
     device: str
     version: str
-    futures: dict[str, tuple[Task, Any, float]] = field(default_factory=dict)
-    """By the name of the task: the task, its future, and when it was submitted."""
-    twice: dict[str, Any] = field(default_factory=dict)
-    """A second future of tasks that were late."""
+    tasks: dict[str, _Copies] = field(default_factory=dict)
+    """By the name of the task."""
     ended: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     numbers: Iterator[int] = field(default_factory=itertools.count)
     """Of submissions: a key that the scheduler knows already would not be computed again."""
@@ -110,17 +130,36 @@ class _Running:
         return future
 
     def add(self, task: Task, avoid: str = "") -> None:
-        self.futures[task.name] = (task, self.submit(task, avoid), time.monotonic())
+        self.tasks[task.name] = _Copies(task, [self.submit(task, avoid)], time.monotonic())
 
-    def finish(self, name: str, ended: Any) -> Task | None:
-        """Forget a task, one of whose futures has ended; None where another one has before."""
-        if name not in self.futures:
+    def next_ended(self) -> tuple[Task, Any] | None:
+        """The next task that has ended, with its future; None after a while, and where another copy is still at work.
+
+        Raises queue.Empty after ``TICK`` seconds in which none has ended.
+        """
+        name, future = self.ended.get(timeout=TICK)
+        copies = self.tasks.get(name)
+        if copies is None or future not in copies.futures:
+            return None  # of a task that another copy has done before
+        if future.status != "finished" and len(copies.futures) > 1:
+            copies.futures.remove(future)
             return None
-        task, first, _ = self.futures.pop(name)
-        for future in (first, self.twice.pop(name, None)):
-            if future is not None and future is not ended:
+        return copies.task, future
+
+    def forget(self, task: Task, ended: Any) -> None:
+        """One copy of a task has ended: nobody needs to do it any more."""
+        for future in self.tasks.pop(task.name).futures:
+            if future is not ended:  # whose status and error would go, too
                 future.cancel()
-        return task
+
+
+@dataclass
+class _Copies:
+    """A task that the scheduler has once, or twice where it was late, and when it was first submitted."""
+
+    task: Task
+    futures: list[Any]
+    since: float
 
 
 def work(folder: str, task: Task, device: str, version: str) -> Outcome:
@@ -131,50 +170,61 @@ def work(folder: str, task: Task, device: str, version: str) -> Outcome:
 
     use_one_core()
     worker = get_worker()
-    devices = device.split(",")
-    own = devices[int(worker.name) % len(devices)] if str(worker.name).isdecimal() else devices[0]
+    places = _own_gpus() if device == CUDA else device.split(",")
+    own = places[int(worker.name) % len(places)] if str(worker.name).isdecimal() else places[0]
     return do(folder, task, own, version)._replace(worker=worker.address)
+
+
+def _own_gpus() -> list[str]:
+    """The GPUs that this process sees; raises RunFolderError where there is none."""
+    from warp_rods import device
+
+    found = [one.alias for one in device.known() if one.is_cuda]
+    if not found:
+        raise RunFolderError("this study is done on GPUs, and a worker sees none: start workers where there are some")
+    return found
 
 
 def run_on(
     client: Any, folder: str, tasks: Iterable[Task], device: str, version: str,
-    tell: Callable[[Task, Outcome], None], say: Callable[[str], None] = lambda line: None,
+    tell: Callable[[Task, Outcome], None], say: Callable[[str], None] = lambda line: None, *, twice: bool = True,
 ) -> None:  # fmt: skip
     """Do the tasks on a cluster; ``tell`` is called when one has ended, for good, ``say`` with lines for the user.
 
-    A point that fails is tried once more, if possible by another worker, then recorded as failed. Raises SchedulerLost,
-    and OSError where the store cannot be written, after nothing more was submitted.
+    A point that fails is tried once more, if possible by another worker, then recorded as failed. twice: late tasks are
+    given to a second worker. Raises SchedulerLost, and OSError or StorageError where the study cannot be written, after
+    nothing more was submitted.
     """
     running = _Running(client, folder, device, version)
     with _talking():
-        _run(running, iter(tasks), tell, say)
+        _run(running, iter(tasks), tell, say, twice)
 
 
 def _run(
-    running: _Running, left: Iterator[Task], tell: Callable[[Task, Outcome], None], say: Callable[[str], None]
+    running: _Running, left: Iterator[Task], tell: Callable[[Task, Outcome], None], say: Callable[[str], None],
+    twice: bool,
 ) -> None:  # fmt: skip
     """Do the tasks that are left: some are with the scheduler, the next ones follow as they end."""
     more, room, looked, longest = True, 1, -TICK, 0.0
-    while more or running.futures:
+    while more or running.tasks:
         if time.monotonic() - looked > TICK:
             looked, room, before = time.monotonic(), EACH * _workers(running.client), room
             if room == 0 and before:
                 say("there are no workers: waiting for some to join the scheduler")
-        while more and len(running.futures) < room:
+        while more and len(running.tasks) < room:
             task = next(left, None)
             if task is None:
                 more = False
             else:
                 running.add(task)
         try:
-            name, future = running.ended.get(timeout=TICK)
+            ended = running.next_ended()
         except queue.Empty:
-            if not more:
+            if twice and not more:
                 _help_late(running, max(LATE, LATER * longest))
             continue
-        task = running.finish(name, future)
-        if task is not None:
-            longest = max(longest, _ended(running, task, future, tell))
+        if ended is not None:
+            longest = max(longest, _ended(running, *ended, tell))
 
 
 @contextlib.contextmanager
@@ -202,9 +252,9 @@ def _lost(why: object) -> str:
 
 def _help_late(running: _Running, seconds: float) -> None:
     """Give tasks that take much longer than all others to a second worker: theirs may be stuck."""
-    for name, (task, future, since) in running.futures.items():
-        if time.monotonic() - since > seconds and name not in running.twice:
-            running.twice[name] = running.submit(task, _doing(running, future))
+    for copies in running.tasks.values():
+        if time.monotonic() - copies.since > seconds and len(copies.futures) == 1:
+            copies.futures.append(running.submit(copies.task, _doing(running, copies.futures[0])))
 
 
 def _doing(running: _Running, future: Any) -> str:
@@ -213,29 +263,47 @@ def _doing(running: _Running, future: Any) -> str:
 
 
 def _ended(running: _Running, task: Task, future: Any, tell: Callable[[Task, Outcome], None]) -> float:
-    """What becomes of a task whose future has ended; returns the seconds that it took."""
+    """What becomes of a task, the last or only copy of which has ended; returns the seconds that it took."""
     if future.status == "finished":
         try:
             outcome: Outcome = future.result(timeout=LATE)
-        except TimeoutError:  # the worker was stuck after it had done the task, and keeps the outcome
-            running.add(task)
-            return 0.0
+        except (TimeoutError, CancelledError):  # the worker is stuck, or lost, after it had done the task
+            return _resubmitted(running, task, future)
+        running.forget(task, future)
         if outcome.failed and not task.final:
             running.add(again(task, outcome.failed), avoid=outcome.worker)
             outcome = outcome._replace(failed={})
         tell(task, outcome)
         return outcome.seconds
-    if future.status in ("cancelled", "lost"):
-        raise SchedulerLost(_lost(future.status))
+    if future.status != "error":  # finished no more: the worker with the outcome is lost, or the scheduler
+        return _resubmitted(running, task, future)
+    running.forget(task, future)
     error = future.exception()
-    if isinstance(error, OSError) and error.errno in DISK:
+    if isinstance(error, (RunFolderError, StorageError)) or (isinstance(error, OSError) and error.errno in DISK):
         raise error
-    if isinstance(error, RunFolderError):
-        raise error
-    reasons = dict.fromkeys(task.points, f"{type(error).__name__}: {error}")
-    if task.final or type(error).__name__ == "KilledWorker":
-        give_up(running.folder, task, reasons)
-        tell(task, Outcome(0, reasons, 0.0))
-    else:
-        running.add(again(task, reasons))
+    _failed(running, task, error, tell)
     return 0.0
+
+
+def _resubmitted(running: _Running, task: Task, future: Any) -> float:
+    """Give a task whose outcome cannot be had to the scheduler again; raises SchedulerLost where there is none."""
+    _workers(running.client)
+    running.forget(task, future)
+    running.add(task)
+    return 0.0
+
+
+def _failed(running: _Running, task: Task, error: BaseException, tell: Callable[[Task, Outcome], None]) -> None:
+    """Of a task that raised an error, or killed its workers, those points that are not finished are tried one by one.
+
+    What fails then is recorded as failed.
+    """
+    if not task.final:
+        singles = each(running.folder, task)
+        tell(task, Outcome(len(task.points) - len(singles), {}, 0.0))
+        for single in singles:
+            running.add(single)
+        return
+    reasons = dict.fromkeys(task.points, f"{type(error).__name__}: {error}")
+    give_up(running.folder, task, reasons)
+    tell(task, Outcome(0, reasons, 0.0))

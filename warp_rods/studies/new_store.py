@@ -31,8 +31,12 @@ __all__ = ["create"]
 def create(
     path: Path, axes: Sequence[Axis], columns: Sequence[Column], chunk: Sequence[int],
     own: Sequence[str], attributes: Mapping[str, Any], explained: Mapping[str, Mapping[str, Any]],
+    overwrite: bool = False,
 ) -> Store:  # fmt: skip
-    """A store that appears as a whole. Where another process was faster, its store, which may have other chunks."""
+    """A store that appears as a whole, with ``overwrite`` in place of the one that is there.
+
+    Where another process was faster, its store, which may be that of another study.
+    """
     new = path.with_name(f".{path.name}.{this_process()}.new")
     shutil.rmtree(new, ignore_errors=True)
     write_group(new, attributes)
@@ -50,12 +54,16 @@ def create(
         chunks = (*chunk, *column.shape)
         _write_empty(new / column.name, whole, dtype, fill, (*dims, *column.dims), column.attributes, chunks)
     _consolidate(new)
+    old = path.with_name(f".{path.name}.{this_process()}.old")
     try:
+        if overwrite and path.exists():
+            path.rename(old)
         new.rename(path)
     except OSError:
         shutil.rmtree(new, ignore_errors=True)
         if not (path / METADATA).exists():
             raise
+    shutil.rmtree(old, ignore_errors=True)
     return Store(path)
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 from warp_rods.draw import plots
 from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, stride_of
 from warp_rods.draw.labels import label as label_of
+from warp_rods.draw.of_run import FOLDER
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.studies.store import OWN, STORE
 from warp_rods.values import nearest, shortened
@@ -41,11 +42,11 @@ def plot_study(
     folder: str | Path, measures: Sequence[str] = (), out: str | Path | None = None,
     tell: Callable[[str], None] = LOG.warning,
 ) -> list[Path]:  # fmt: skip
-    """Draw measures of a study (default: all) into its folder, or ``out``, as NAME.png and NAME.svg; returns the PNGs.
+    """Draw measures of a study (default: all) into ``plots`` in its folder, or ``out``; returns the PNGs.
 
-    ``tell``: is called with lines about what is not drawn: measures with further dimensions, such as ``modes``, and
-    panels beyond ``MOST_PANELS``. Raises RunFolderError where there is no study, or nothing is computed, and SceneError
-    for a measure that it does not have, or that cannot be drawn.
+    Each is NAME.png and NAME.svg. ``tell`` is called with lines about what is not drawn: measures with further
+    dimensions, such as ``modes``, and panels beyond ``MOST_PANELS``. Raises RunFolderError where there is no study, or
+    nothing is computed, and SceneError for a measure that it does not have, or that cannot be drawn.
     """
     data = opened(folder)
     further = {str(name): v.dims[data["state"].ndim :] for name, v in data.data_vars.items() if name not in OWN}
@@ -62,7 +63,7 @@ def plot_study(
             tell(_not_drawn(name, further[name]))
     if left := _left_out(data):
         tell(left)
-    place = Path(folder if out is None else out)
+    place = Path(folder) / FOLDER if out is None else Path(out)
     return [plots.save(figure_of(data, name), place / name.replace(".", "-"))[0] for name in measures or names]
 
 

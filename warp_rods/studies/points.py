@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from warp_rods.errors import RodFailure, WarpRodsError
+from warp_rods.errors import RodFailure
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.layout import warnings_of_apart
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.storage import StorageError
+from warp_rods.simulation.under_way import FolderInUse
 from warp_rods.studies.batches import batch_tables
 from warp_rods.studies.plan import Index, Plan, Wanted, columns_of
 from warp_rods.studies.record import Record
@@ -75,14 +76,20 @@ def _losses(simulation: Simulation, points: int) -> list[list[str]]:
 def each_alone(
     plan: Plan, points: Sequence[Index], device: str, folder: Path | None = None
 ) -> Iterator[Results]:  # fmt: skip
-    """Points in simulations of their own, each of which may fail; in ``folder`` they leave folders of their runs."""
+    """Points in simulations of their own, each of which may fail; in ``folder`` they leave folders of their runs.
+
+    A point whose folder another process writes to is that one's. Raises OSError and StorageError, as on a full disk.
+    """
     for point in points:
         try:
-            yield _alone(plan, point, device, folder)
-        except StorageError:
+            found = _alone(plan, point, device, folder)
+        except (OSError, StorageError):
             raise
-        except (WarpRodsError, ValueError, ArithmeticError, RuntimeError) as error:
-            yield Results([], {}, {point: f"{type(error).__name__}: {error}"})
+        except FolderInUse:
+            continue
+        except Exception as error:  # whatever it is, it is that of this point
+            found = Results([], {}, {point: f"{type(error).__name__}: {error}"})
+        yield found
 
 
 def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Results:

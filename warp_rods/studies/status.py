@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from warp_rods.errors import RunFolderError
 from warp_rods.progress import in_words
-from warp_rods.scene.scene import Scene
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.store import STATES, STORE, Store
-from warp_rods.studies.tasks import SCENE
+from warp_rods.studies.tasks import scene_of
 
 __all__ = ["counts", "status"]
 
@@ -37,10 +35,7 @@ def status(folder: str | Path) -> str:
     """How far the study in a folder is, in lines; raises RunFolderError where there is none."""
     folder = Path(folder)
     store = Store(folder / STORE)
-    _ = store.attributes
-    if not (folder / SCENE).is_file():
-        raise RunFolderError(f"{folder / SCENE} is missing: start the study again")
-    plan = Plan(Scene.load(folder / SCENE), store.dims)
+    plan = Plan(scene_of(store), store.dims)
     points, left = counts(plan, store)
     done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
     said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")

@@ -2,8 +2,8 @@
 
 Dimensions are the swept keys and ``seed``. A task has one chunk of every array, a file. Its file of ``state`` is
 written last: what it says is in the other files. Every file is replaced as a whole, so that a reader, or a task that
-does the same again after a kill, meets whole chunks only. Tasks of a level write different files; where two do
-the same task, one writes at a time.
+does the same again after a kill, meets whole chunks only. Of several tasks in one chunk one writes at a time, and a
+point that is finished stays as it is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -48,8 +48,9 @@ OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
     "trajectory": ("string", "", {"long_name": "the folder of the run of the point"}),
 }  # fmt: skip
 """What every study has at each point: type, fill value, attributes."""
+FINISHED = (1, 2)
 STALE = 30.0
-"""Seconds after which the mark of a process that writes is that of one that was killed; writing takes 0.1 s."""
+"""Seconds after which the mark of a process that writes is that of one that was killed; a file takes some ms."""
 OLD = 600.0
 """Seconds after which a temporary file is a leftover of a process that was killed."""
 
@@ -78,6 +79,11 @@ class Store:
     def attributes(self) -> dict[str, Any]:
         """Attributes of the root."""
         return dict(self._document["attributes"])
+
+    @property
+    def identity(self) -> str:
+        """A word that no other study has."""
+        return str(self.attributes.get("study", ""))
 
     @cached_property
     def _nodes(self) -> dict[str, Any]:
@@ -148,41 +154,86 @@ class Store:
             whole[region] = self._read(name, chunk)[tuple(slice(0, part.stop - part.start) for part in region)]
         return whole
 
+    def state(self, points: Sequence[tuple[int, ...]], chunk: Sequence[int]) -> np.ndarray:
+        """The states of points of a chunk."""
+        return np.asarray(self._read(STATE, chunk)[self._inside(chunk, points)])
+
     def times(self) -> dict[tuple[int, ...], float]:
         """When each chunk was last written, in seconds since 1970."""
-        files = (self.path / STATE).glob("c.*")
-        return {tuple(map(int, file.name.split(".")[1:])): file.stat().st_mtime for file in files}
+        found = {}
+        for file in (self.path / STATE).glob("c.*"):
+            with contextlib.suppress(FileNotFoundError):
+                found[tuple(map(int, file.name.split(".")[1:]))] = file.stat().st_mtime
+        return found
 
     def put(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray]) -> None:
-        """Write values [point, …] at points of a chunk, whose other points keep theirs; raises OSError."""
-        inside = tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
-        with self._alone(chunk):
-            for name in self.variables:
-                whole = self._read(name, chunk)
-                if name in values:
-                    whole[inside] = values[name]
-                replace_file(self._file(name, chunk), self._encoded(name, whole), self._partial(), durable=True)
+        """Write values [point, …] at those points of a chunk that are not finished; raises OSError.
+
+        Raises RunFolderError where another study has taken the place of this one.
+        """
+        while True:
+            with contextlib.suppress(_MarkLost), self._alone(chunk) as still_alone:
+                self._check_that_it_is_there()
+                self._add(chunk, points, values, still_alone)
+                return
+
+    def _add(
+        self, chunk: Sequence[int], points: Sequence[tuple[int, ...]], values: Mapping[str, np.ndarray],
+        still_alone: Callable[[], None],
+    ) -> None:  # fmt: skip
+        whole = {name: self._read(name, chunk) for name in self.variables if name in values}
+        inside = self._inside(chunk, points)
+        left = ~np.isin(whole[STATE][inside], FINISHED)
+        if not left.any():
+            return
+        for name, chunk_of_it in whole.items():
+            chunk_of_it[tuple(i[left] for i in inside)] = values[name][left]
+            data, file = self._encoded(name, chunk_of_it), self._file(name, chunk)
+            replace_file(file, data, self.partial(), durable=True, before=still_alone)
+
+    def _inside(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]]) -> tuple[np.ndarray, ...]:
+        """The places of points in their chunk."""
+        return tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
+
+    def _check_that_it_is_there(self) -> None:
+        try:
+            there = json.loads((self.path / METADATA).read_bytes())["attributes"].get("study", "")
+        except FileNotFoundError:
+            there = None
+        if there != self.identity:
+            raise RunFolderError(f"{self.path} was removed, or replaced by another study, while this one was at work")
 
     @contextlib.contextmanager
-    def _alone(self, chunk: Sequence[int]) -> Iterator[None]:
-        """Nobody else writes to a chunk: two processes may do the same task, point by point.
+    def _alone(self, chunk: Sequence[int]) -> Iterator[Callable[[], None]]:
+        """Nobody else writes to a chunk as long as the function that this gives raises nothing.
 
-        A file marks it, as locks of file systems that several machines see cannot be relied on.
+        A file marks it, as locks of file systems that several machines see cannot be relied on. One that does not
+        change for long is of a process that was killed, or stopped; that one finds out before it writes on.
         """
         mark = self.path.with_name(f".{self.path.name}.{'.'.join(map(str, chunk))}.writing")
-        while True:
+        owner = f"{this_process()}-{threading.get_ident()}-{time.monotonic_ns()}".encode()
+        seen, since = None, time.monotonic()
+        while not _marked(mark, owner):
+            if (now := _changed(mark)) != seen:
+                seen, since = now, time.monotonic()
+            elif time.monotonic() - since > STALE:
+                mark.unlink(missing_ok=True)
+            time.sleep(0.02)
+
+        def still_alone() -> None:
             try:
-                os.close(os.open(mark, os.O_CREAT | os.O_EXCL))
-                break
-            except FileExistsError:
-                with contextlib.suppress(FileNotFoundError):
-                    if time.time() - mark.stat().st_mtime > STALE:
-                        mark.unlink()
-                time.sleep(0.02)
+                if mark.read_bytes() != owner:
+                    raise _MarkLost
+                os.utime(mark)
+            except FileNotFoundError:
+                raise _MarkLost from None
+
         try:
-            yield
+            yield still_alone
         finally:
-            mark.unlink(missing_ok=True)
+            with contextlib.suppress(_MarkLost):
+                still_alone()
+                mark.unlink(missing_ok=True)
 
     def _file(self, name: str, chunk: Sequence[int]) -> Path:
         further = len(self._nodes[name]["shape"]) - len(chunk)
@@ -209,15 +260,40 @@ class Store:
         data = text_chunk([str(value) for value in values.flat]) if text else np.ascontiguousarray(values).tobytes()
         return data + crc(data)
 
-    def _partial(self) -> Path:
+    def partial(self) -> Path:
         """A temporary name that no other process uses."""
         return self.path.with_name(f".{self.path.name}.{this_process()}-{threading.get_ident()}.partial")
 
     def clear_leftovers(self) -> None:
         """Remove temporary files of processes that were killed."""
         for file in self.path.parent.glob(f".{self.path.name}.*"):
-            if time.time() - file.stat().st_mtime > OLD:
-                shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink(missing_ok=True)
+            with contextlib.suppress(FileNotFoundError):  # another process does the same
+                if time.time() - file.stat().st_mtime > OLD:
+                    shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink()
+
+
+class _MarkLost(Exception):
+    """Another process has taken the mark of this one, which did nothing for long."""
+
+
+def _marked(mark: Path, owner: bytes) -> bool:
+    """Whether the mark of a chunk could be made; False where there is one."""
+    try:
+        descriptor = os.open(mark, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
+    except FileExistsError:
+        return False
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(owner)
+    return True
+
+
+def _changed(mark: Path) -> tuple[int, int] | None:
+    """Which file a mark is, and when it was last changed by the clock of its file system."""
+    try:
+        about = mark.stat()
+    except FileNotFoundError:
+        return None
+    return about.st_ino, about.st_mtime_ns
 
 
 def this_process() -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from warp_rods import __version__, arguments
@@ -33,7 +34,7 @@ from warp_rods.studies.tasks import Outcome, Task, tasks_of
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["parsed_part", "sweep"]
+__all__ = ["sweep"]
 
 LOCK = ".lock"
 
@@ -45,31 +46,34 @@ def sweep(
     device: str | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
-    part: tuple[int, int] | None = None,
+    part: tuple[int, int] | str | None = None,
     overwrite: bool = False,
     console: Console | None = None,
 ) -> Study:
     """Simulate a scene at every point of its ``sweep`` into the folder ``out`` (default ``runs/<scene name>``).
 
     A study that was stopped, or killed, goes on where it was; points that failed are tried again. Tasks run on all
-    cores with Dask (without it, one after the other); ``scheduler``: the address of another cluster of Dask, whose
-    workers see the same folder; ``workers``: how many processes on this machine. ``part=(3, 64)``: the third of 64
+    cores with Dask (without it, one after the other); these processes import the script that calls this function, which
+    therefore needs ``if __name__ == "__main__":``. ``scheduler``: the address of another cluster of Dask, whose workers
+    see the same folder; ``workers``: how many processes on this machine. ``part=(3, 64)``, or "3/64": the third of 64
     parts, in this process and without Dask. Raises SceneError before anything is written, RunFolderError for a folder
     that holds something else, StorageError where it can no longer be written, SchedulerLost.
     """
     from rich.console import Console
 
+    cluster.end_if_a_worker()
     console = console or Console(stderr=True, markup=False, highlight=False)
     folder = default_folder(scene) if out is None else arguments.path("out", out)
     plan = Plan(scene if isinstance(scene, Scene) else Scene.load(scene))
-    _check(part, scheduler, workers, overwrite)
+    mine = _part(part)
+    _check(mine, scheduler, workers, overwrite)
     check_writable(folder, "out")
     plan.check()
     places = _places(device)
-    how = How(",".join(places), scheduler, workers or (part[1] if part else _processes(places)), part)
+    how = How(",".join(places), scheduler, workers or (mine[1] if mine else _processes(places)), mine)
     said: list[str] = []
     try:
-        with _held(folder, part):
+        with _held(folder, mine):
             plan, store = _begun(plan, folder, how, overwrite, _teller(said, console), console)
             _levels(plan, store, folder, how, _teller(said, console), console)
             return Study(folder, *counts(plan, store), said)
@@ -101,22 +105,20 @@ def _begun(
     return Plan(plan.scene, store.dims), store
 
 
-def parsed_part(text: str | None) -> tuple[int, int] | None:
-    """ "3/64" as (3, 64); raises SceneError."""
-    if text is None:
+def _part(part: Any) -> tuple[int, int] | None:
+    """A part of so many, such as (3, 64) or "3/64"; raises SceneError."""
+    if part is None:
         return None
-    one, _, all_ = text.partition("/")
-    if not (one.isdecimal() and all_.isdecimal()):
-        raise SceneError(f"part = {text}: must be i/n with 1 ≤ i ≤ n, such as 3/64")
-    return int(one), int(all_)
+    given = "/".join(map(str, part)) if isinstance(part, (tuple, list)) else str(part)
+    i, _, n = given.partition("/")
+    if not (i.isdecimal() and n.isdecimal() and 1 <= int(i) <= int(n)):
+        raise SceneError(f"part = {given}: must be i/n with 1 ≤ i ≤ n, such as 3/64")
+    return int(i), int(n)
 
 
-def _check(part: Any, scheduler: str | None, workers: int | None, overwrite: bool) -> None:
+def _check(part: tuple[int, int] | None, scheduler: str | None, workers: int | None, overwrite: bool) -> None:
     """Raises SceneError for arguments that do not go together."""
     if part is not None:
-        i, n = part
-        if not (isinstance(i, int) and isinstance(n, int) and 1 <= i <= n):
-            raise SceneError(f"part = {i}/{n}: must be i/n with 1 ≤ i ≤ n, such as 3/64")
         if scheduler is not None or workers is not None:
             raise SceneError("part: is done in this process: leave scheduler and workers out")
         if overwrite:
@@ -179,11 +181,12 @@ def _levels(
     dask = how.part is None and cluster.available()
     if how.part is None and not dask:
         tell(f"Dask is not installed, so one core does all tasks in turn; for all cores: {cluster.INSTALL}")
-    engine = _Dask(how, tell) if dask else None
+    engine = _Dask(how, tell, twice=plan.sweep.keep == "summary") if dask else None
+    tried = np.zeros(plan.shape, dtype=bool)  # what failed is tried once in a sweep
     try:
         for level, mask in levels(plan, store):
-            states = store.states()
-            tasks = list(tasks_of(store, level, mask, states))
+            tasks = list(tasks_of(store, level, mask & ~tried, store.states()))
+            tried |= mask
             mine = share(tasks, list(store.chunks()), *how.part) if how.part else tasks
             if level and mine:
                 tell(f"refinement {level} of {plan.levels}: {sum(len(task.points) for task in mine)} points more")
@@ -197,8 +200,8 @@ def _levels(
 class _Dask:
     """A connection to a cluster, which is made when there is something to do."""
 
-    def __init__(self, how: How, say: Callable[[str], None]):
-        self._how, self._say = how, say
+    def __init__(self, how: How, say: Callable[[str], None], twice: bool):
+        self._how, self._say, self._twice = how, say, twice
         self._context: Any = None
         self._client: Any = None
 
@@ -206,7 +209,11 @@ class _Dask:
         if self._client is None:
             self._context = cluster.connected(self._how.scheduler, min(self._how.workers, len(tasks)))
             self._client = self._context.__enter__()
-        cluster.run_on(self._client, str(folder.resolve()), tasks, self._how.device, __version__, tell, self._say)
+        device = self._how.device
+        if self._how.scheduler is not None and device.startswith(cluster.CUDA):
+            device = cluster.CUDA
+        where = str(folder.resolve())
+        cluster.run_on(self._client, where, tasks, device, __version__, tell, self._say, twice=self._twice)
 
     def close(self) -> None:
         if self._context is not None:

@@ -1,7 +1,8 @@
 """GSD, the format of HOOMD-blue, which OVITO, MDAnalysis and freud read: nodes as beads, bonds along each rod.
 
 Beads are in the periodic box, with the number of the box that each is in (``image``), so that paths can be made whole.
-Where space is open the box is around all that happens. Single precision.
+Where space is open the box is around all that happens. Lost rods stay where they were frozen, and have no value (NaN).
+Single precision.
 """
 
 from __future__ import annotations
@@ -12,12 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warp_rods.draw.files.optional import needed
-from warp_rods.draw.files.saved import saved_positions
 from warp_rods.progress import with_progress
 
 if TYPE_CHECKING:
     from warp_rods.draw.content import Content
-    from warp_rods.draw.rods import Rods
 
 __all__ = ["size", "write"]
 
@@ -27,10 +26,9 @@ def write(content: Content, path: Path) -> None:
     hoomd = needed("gsd.hoomd", "--gsd")
     edges = _box(content)
     still = _still(content)
-    paths = [_whole(rods) for rods in content.rods]
     with hoomd.open(str(path), "w") as file:
         for frame in with_progress(range(content.frames), "GSD"):
-            beads = np.concatenate([next(positions).reshape(-1, 3) for positions in paths])
+            beads = np.concatenate([rods.variable("position", frame).reshape(-1, 3) for rods in content.rods])
             now = hoomd.Frame()
             now.configuration.step = content.numbers[frame]
             now.configuration.box = [*edges, 0.0, 0.0, 0.0]
@@ -82,20 +80,12 @@ def _still(content: Content) -> dict[str, Any]:
     }
 
 
-def _whole(rods: Rods) -> Any:
-    """Positions as saved; lost rods stay where they were last."""
-    last = rods.positions(0)
-    for positions in saved_positions(rods):
-        there = np.isfinite(positions).all(axis=(1, 2))
-        last = np.where(there[:, None, None], positions, last)
-        yield last
-
-
 def _box(content: Content) -> np.ndarray:
     """The edges [3] of a box around the origin: the periods, and where space is open room for all rods."""
     reach = np.zeros(3)
     if not content.period.all():
         for rods in content.rods:
-            for positions in _whole(rods):
+            for frame in range(content.frames):
+                positions = rods.variable("position", frame)
                 reach = np.maximum(reach, np.abs(positions).max(axis=(0, 1)) + rods.radius)
     return np.where(content.period > 0, content.period, 2 * np.maximum(reach, 1e-6) * (1 + 1e-5))

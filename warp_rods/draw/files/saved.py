@@ -25,5 +25,5 @@ def blocks(rods: Rods, numbers_of_a_node: int) -> Iterator[range]:
 
 def saved_positions(rods: Rods) -> Iterator[np.ndarray]:
     """Centre lines [rod, node, 3] at each chosen frame, NaN where a rod is lost; not shifted into a periodic box."""
-    for part in blocks(rods, 3):
-        yield from rods.data["position"].isel(frame=list(part)).values
+    for frame in range(len(rods.frames)):
+        yield rods.without_lost(rods.variable("position", frame), frame)

@@ -1,7 +1,7 @@
 """Simularium, for the viewer at simularium.allencell.org: rods as fibres; the binary form of the format, version 2.
 
 Lengths are scaled so that the longest edge of the box is 100, as the viewer expects; ``spatialUnits`` says by how much.
-The format has no meshes of its own, so that membranes are left out.
+Units without a name are those of a scene that has none. The format has no meshes of its own: membranes are left out.
 https://github.com/simularium/simulariumio/blob/main/file_format.md
 """
 
@@ -102,12 +102,12 @@ def _facts(content: Content, box: np.ndarray, scale: float) -> dict[str, Any]:
     return {
         "version": 3,
         **title,
-        "timeUnits": {"magnitude": 1.0, "name": "s"},
+        "timeUnits": {"magnitude": content.seconds or 1.0, "name": "s" if content.seconds else ""},
         "timeStepSize": float(f"{steps[0]:.4g}") if len(steps) else 0.0,
         "totalSteps": content.frames,
         "spatialUnits": {"magnitude": float(content.metres * 1e6 / scale), "name": "µm"}
         if content.scene.units
-        else {"magnitude": float(1 / scale), "name": "m"},
+        else {"magnitude": float(1 / scale), "name": ""},
         "size": _point(edges),
         "cameraDefault": {
             "position": _point(eye),

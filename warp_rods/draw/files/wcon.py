@@ -27,7 +27,7 @@ DIGITS = 7
 
 
 def write(content: Content, path: Path) -> None:
-    """Write a record of each rod at each frame; its id is "ENSEMBLE NUMBER". Lengths have the unit of the scene."""
+    """Write a record of each rod at each frame; its id is "ENSEMBLE NUMBER". Numbers have the units of the scene."""
     head = {"units": _units(content), "metadata": _metadata(content)}
     paths = [saved_positions(rods) for rods in content.rods]
     records = [_records(rods) for rods in content.rods]
@@ -55,12 +55,13 @@ def _records(rods: Rods) -> str:
 
 
 def _units(content: Content) -> dict[str, str]:
-    """Units of length as the format writes them, such as "2.5*um"; "1" where there is none. Times have none."""
+    """Units of length and time as the format writes them, such as "2.5*um"; "1" where there are none."""
     length = "1"
     if content.scene.units:
         microns = f"{content.metres * 1e6:.12g}"
         length = "um" if microns == "1" else f"{microns}*um"
-    return {"t": "1", "x": length, "y": length, "z": length}
+    time = "1" if content.seconds is None else "s" if content.seconds == 1 else f"{content.seconds:.12g}*s"
+    return {"t": time, "x": length, "y": length, "z": length}
 
 
 def _metadata(content: Content) -> dict[str, Any]:

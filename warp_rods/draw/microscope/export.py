@@ -1,7 +1,7 @@
 """A folder of images of a run: ``image.ome.tif``, ``masks.ome.tif`` and the settings, ``microscope.toml``.
 
 Both stacks have the axes time, channel, z, y, x, one channel an ensemble. Seen on a screen x points to the right, y up
-and z towards the viewer. Masks have the numbers of rods from 1, and 0 beside them.
+and z towards the viewer. Masks have the numbers of rods from 1, and 0 beside them. Lost rods are in neither.
 """
 
 from __future__ import annotations
@@ -86,7 +86,8 @@ def _images(content: Content, settings: Complete, field: Field) -> Iterator[np.n
     saturated = 0
     for frame in with_progress(range(content.frames), "microscope"):
         for channel, rods in enumerate(content.rods):
-            lights = sources(rods.positions(frame), settings.photons, settings.width / SAMPLED)
+            places = rods.without_lost(rods.positions(frame), frame)
+            lights = sources(places, settings.photons, settings.width / SAMPLED)
             photons = expected(lights, field, settings.width, settings.depth)
             stack = counts(photons, settings, (content.numbers[frame], channel))
             saturated += int((stack == MOST).sum())
@@ -99,14 +100,19 @@ def _masks(content: Content, field: Field) -> Iterator[np.ndarray]:
     """Pages [row, column] of labels, in the same order."""
     for frame in with_progress(range(content.frames), "masks"):
         for rods in content.rods:
-            yield from masks(rods.positions(frame), rods.radius, field)
+            yield from masks(rods.without_lost(rods.positions(frame), frame), rods.radius, field)
 
 
 def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, Any]:
-    """What OME-TIFF says of the stacks; lengths in µm where the scene has a unit."""
+    """What OME-TIFF says of the stacks: lengths in µm and times in s where the scene has these units.
+
+    OME has a unit for lengths without one, "reference frame", but none for times: the description then has the time.
+    """
     unit = "µm" if content.scene.units else "reference frame"
     scale = content.metres * 1e6 if content.scene.units else 1.0
-    times = np.diff(content.times)
+    steps = np.diff(content.times)
+    step = float(steps.mean()) if len(steps) else None
+    timed = {} if step is None or content.seconds is None else {"TimeIncrement": step * content.seconds}
     return {
         "axes": "TCZYX",
         "Name": content.title or "rods",
@@ -117,8 +123,8 @@ def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, A
         "PhysicalSizeYUnit": unit,
         "PhysicalSizeZ": settings.spacing * scale,
         "PhysicalSizeZUnit": unit,
-        **({"TimeIncrement": float(times.mean())} if len(times) else {}),
+        **(timed and timed | {"TimeIncrementUnit": "s"}),
         "Description": f"x = {field.left:.9g} + {field.pixel:.9g} (column + 1/2), "
         f"y = {field.top:.9g} - {field.pixel:.9g} (row + 1/2), z = {field.heights[0]:.9g} + "
-        f"{settings.spacing:.9g} plane, in units of the scene",
+        f"{settings.spacing:.9g} plane" + (f", a frame every {step:.9g}" if step else "") + ", in units of the scene",
     }

@@ -46,7 +46,7 @@ class Sources:
 def sources(lines: np.ndarray, photons: float, spacing: float) -> Sources:
     """Centre lines [rod, node, 3] as points at most ``spacing`` apart, each with the light of its piece.
 
-    photons: per length. Rods with nodes that are not finite are dark.
+    photons: per length. Rods whose nodes are NaN, as those of lost ones, are dark.
     """
     there = np.flatnonzero(np.isfinite(lines).all(axis=(1, 2)))
     first, last = (part.reshape(-1, 3) for part in (lines[there, :-1], lines[there, 1:]))

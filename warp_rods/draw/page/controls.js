@@ -9,12 +9,15 @@ class Player {
   constructor(facts, scene, camera) {
     Object.assign(this, { facts, scene, camera, frame: 0, playing: false, last: 0 });
     this.rate = Math.max(10, Math.min(30, facts.times.length / SECONDS));
-    this.digits = decimals(facts.times);
     element("frame").max = facts.times.length - 1;
     element("frame").oninput = (event) => this.go(Number(event.target.value), false);
     element("play").onclick = () => this.toggle();
     window.onkeydown = (event) => this.key(event);
-    this.colourBar();
+    this.colourBar("colours", facts.colour.label, facts.map);
+    if (facts.curvature) {
+      this.colourBar("curvature", facts.curvature.label, facts.curvature.map);
+      this.limits("curvature", facts.curvature.ticks);
+    }
     this.mouse(scene.canvas);
     new ResizeObserver(() => this.resize()).observe(scene.canvas);
     this.go(0, facts.times.length > 1);
@@ -33,8 +36,9 @@ class Player {
     this.scene.show(this.frame);
     this.camera.follow(this.frame);
     element("frame").value = this.frame;
-    element("time").textContent = `t = ${this.facts.times[this.frame].toFixed(this.digits)}`;
-    this.limits();
+    const { factor, decimals, unit } = this.facts.clock;
+    element("time").textContent = `t = ${(this.facts.times[this.frame] * factor).toFixed(decimals)}${unit}`;
+    this.limits("colours", this.facts.colour.ticks);
     this.toggle(playing);
     this.stale = true;
   }
@@ -68,17 +72,16 @@ class Player {
     this.stale = true;
   }
 
-  colourBar() {
-    const { colour, map } = this.facts;
-    element("quantity").textContent = colour.label;
-    const context = element("bar").getContext("2d");
+  colourBar(id, label, map) {
+    element(id).hidden = false;
+    element(id).querySelector("figcaption").textContent = label;
+    const context = element(id).querySelector("canvas").getContext("2d");
     map.forEach((rgb, i) => { context.fillStyle = `rgb(${rgb})`; context.fillRect((i * 256) / map.length, 0, 2, 1); });
   }
 
-  limits() {
-    const ticks = this.facts.colour.ticks;
-    ["low", "middle", "high"].forEach((id, i) => {
-      element(id).textContent = number(ticks[Math.min(this.frame, ticks.length - 1)][i]);
+  limits(id, ticks) {
+    element(id).querySelectorAll("span").forEach((span, i) => {
+      span.textContent = number(ticks[Math.min(this.frame, ticks.length - 1)][i]);
     });
   }
 
@@ -130,12 +133,6 @@ class Player {
 function inMetres(length) {
   const [one, name] = UNITS.find(([size]) => length >= size * (1 - 1e-9)) || UNITS.at(-1);
   return `${number(length / one)} ${name}`;
-}
-
-// Decimals that tell the times of neighbouring frames apart.
-function decimals(times) {
-  const steps = times.slice(1).map((t, i) => t - times[i]).filter((step) => step > 0);
-  return steps.length ? Math.max(0, Math.min(9, Math.ceil(-Math.log10(Math.min(...steps)) - 1e-9))) : 3;
 }
 
 async function start() {

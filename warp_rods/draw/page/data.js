@@ -90,7 +90,8 @@ async function loaded(facts) {
   const sheets = [];
   for (const [index, sheet] of facts.sheets.entries()) {
     const triangles = sheetTriangles(await unpacked(`triangles${index}`), sheet.triangles * 3);
-    sheets.push({ ...sheet, triangles,
+    const tints = sheet.coloured ? await unpacked(`tints${index}`) : null;
+    sheets.push({ ...sheet, triangles, tints,
       points: sheetPoints(await unpacked(`sheet${index}`), sheet.frames, sheet.points * 3) });
   }
   return { rods, sheets };

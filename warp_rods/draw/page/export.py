@@ -7,12 +7,14 @@ import json
 import logging
 import re
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import colour_map
 from warp_rods.draw.page.encoding import (
     LEVELS,
@@ -24,6 +26,7 @@ from warp_rods.draw.page.encoding import (
     quantised,
 )
 from warp_rods.draw.scale import LACKING
+from warp_rods.draw.sheet import curvature_colours
 from warp_rods.draw.view import view_of
 from warp_rods.errors import SceneError
 from warp_rods.progress import with_progress
@@ -60,7 +63,7 @@ def write(content: Content, path: Path, limit: float) -> None:
     facts["rods"] = [_rods(content, index, frames, arrays, facts) for index in range(len(content.rods))]
     sheets = [(content.membrane, MEMBRANE), (content.container, CONTAINER)]
     facts["sheets"] = [
-        _sheet(sheet, index, frames, arrays) | {"opacity": opacity}
+        _sheet(sheet, index, frames, arrays, sheet is content.membrane) | {"opacity": opacity}
         for index, (sheet, opacity) in enumerate((s, o) for s, o in sheets if s is not None)
     ]
     path.write_text(_page(content, facts, arrays), encoding="utf-8")
@@ -103,6 +106,11 @@ def _bytes(content: Content) -> tuple[float, float]:
             points = packed_sheet(quantised(mesh.points).numbers, None)
             fixed += len(packer.text()) + len(points) * 4 / 3
             each += len(points) * 0.5 if sheet.moving else 0.0  # changes from frame to frame are small
+            if sheet is content.membrane and sheet.curvature:
+                packer = Packer()
+                packer.add(_tints(sheet, 0))
+                tints = len(packer.text())
+                fixed, each = fixed + 6e3 + tints * (not sheet.moving), each + tints * sheet.moving
     return fixed, each
 
 
@@ -112,10 +120,12 @@ def _facts(content: Content, frames: range) -> dict[str, Any]:
     colours = colour_map(content.colour.map_name)(np.linspace(0.0, 1.0, LEVELS))[:, :3]
     return {
         "metres": content.metres if content.scene.units else None,
+        "clock": asdict(clock_of(content)),
         "times": [float(f"{content.times[frame]:.9g}") for frame in frames],
-        "colour": {"label": content.colour.text, "ticks": [_short(scale.ticks(3)) for scale in scales]},
+        "colour": {"label": content.label, "ticks": [_short(scale.ticks(3)) for scale in scales]},
         "map": np.rint(255 * colours).astype(int).tolist(),
         "lacking": LACKING,
+        "curvature": _curvature(content),
         "view": _view(content, frames),
         "edges": content.edges.tolist(),
     }
@@ -134,8 +144,8 @@ def _rods(content: Content, index: int, frames: range, arrays: Arrays, facts: di
     return {"name": rods.name, "rods": rods.count, "nodes": rods.nodes, "radius": rods.radius, "boxes": boxes}
 
 
-def _sheet(sheet: Sheet, index: int, frames: range, arrays: Arrays) -> dict[str, Any]:
-    """Pack a membrane or a container; returns what the page must know of it."""
+def _sheet(sheet: Sheet, index: int, frames: range, arrays: Arrays, coloured: bool) -> dict[str, Any]:
+    """Pack a membrane or a container; returns what the page must know of it. coloured: by its Gaussian curvature."""
     moving = list(frames) if sheet.moving else [0]
     meshes = [sheet.mesh(frame).points for frame in with_progress(moving, "page: membrane")]
     numbers, low, spacing = quantised(np.array(meshes))
@@ -147,11 +157,35 @@ def _sheet(sheet: Sheet, index: int, frames: range, arrays: Arrays) -> dict[str,
     packer = Packer()
     packer.add(packed_triangles(triangles))
     arrays[f"triangles{index}"] = packer.text()
+    coloured = coloured and sheet.curvature > 0
+    if coloured:
+        packer = Packer()
+        for frame in moving:
+            packer.add(_tints(sheet, frame))
+        arrays[f"tints{index}"] = packer.text()
     return {
+        "coloured": coloured,
         "points": numbers.shape[1],
         "triangles": len(triangles),
         "frames": len(moving),
         "box": [_short(low), _short(spacing)],
+    }
+
+
+def _tints(sheet: Sheet, frame: int) -> bytes:
+    """The places of the points of a mesh on the scale of the curvature, a byte each."""
+    return packed_values((sheet.ratio(frame)[None] + 1) / 2)
+
+
+def _curvature(content: Content) -> dict[str, Any] | None:
+    """The colours of the membrane, as on posters; None where its curvature hardly varies."""
+    sheet = content.membrane
+    if sheet is None or not sheet.curvature:
+        return None
+    return {
+        "label": content.named("Gaussian curvature of membrane", "1/length^2"),
+        "ticks": [_short([-sheet.curvature, 0.0, sheet.curvature])],
+        "map": np.rint(255 * curvature_colours(np.linspace(-1.0, 1.0, LEVELS))).astype(int).tolist(),
     }
 
 

@@ -1,6 +1,7 @@
 // What is drawn, in WebGL 2: rods, then the edges of a box, then membranes, which one sees through.
 
 const TEXTURE_WIDTH = 1024;
+const GREY = [0.6, 0.66, 0.76]; // of a surface without colours of its own
 const BOX = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
 const BOX_FACES = [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7];
 
@@ -92,8 +93,9 @@ class Scene {
     gl.bindVertexArray(array);
     const points = this.attribute(this.sheetProgram, "point", room, gl.DYNAMIC_DRAW);
     const normals = this.attribute(this.sheetProgram, "normal", room, gl.DYNAMIC_DRAW);
+    const tints = this.attribute(this.sheetProgram, "tint", room, gl.DYNAMIC_DRAW);
     this.indices(sheet.triangles);
-    return { ...sheet, array, shown: -1, buffers: { points, normals } };
+    return { ...sheet, array, shown: -1, buffers: { points, normals, tints } };
   }
 
   lines(points) {
@@ -122,7 +124,16 @@ class Scene {
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, points);
     gl.bindBuffer(gl.ARRAY_BUFFER, sheet.buffers.normals);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, normalsOf(points, sheet.triangles));
+    gl.bindBuffer(gl.ARRAY_BUFFER, sheet.buffers.tints);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.tints(sheet, frame));
     sheet.shown = frame;
+  }
+
+  // Colours [point × 3] of a membrane by its curvature, or the same grey for all points.
+  tints(sheet, frame) {
+    if (!sheet.tints) return Float32Array.from({ length: sheet.points[0].length }, (_, k) => GREY[k % 3]);
+    const levels = rodValues(sheet.tints, frame, 1, sheet.points[0].length / 3), { map } = this.facts.curvature;
+    return Float32Array.from({ length: 3 * levels.length }, (_, k) => map[levels[Math.floor(k / 3)]][k % 3] / 255);
   }
 
   draw(camera) {
@@ -196,7 +207,7 @@ class Scene {
     for (const face of [gl.FRONT, gl.BACK]) { // what is behind first
       gl.cullFace(face);
       for (const sheet of this.sheets) {
-        this.use(this.sheetProgram, { ...common, tint: [0.6, 0.66, 0.76], opacity: sheet.opacity });
+        this.use(this.sheetProgram, { ...common, opacity: sheet.opacity });
         gl.bindVertexArray(sheet.array);
         gl.drawElements(gl.TRIANGLES, sheet.triangles.length, gl.UNSIGNED_INT, 0);
       }

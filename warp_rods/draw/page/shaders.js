@@ -86,23 +86,23 @@ const ROD_FRAGMENT = `#version 300 es
 const SHEET_VERTEX = `#version 300 es
   precision highp float;
   uniform mat4 matrix;
-  in vec3 point, normal;
-  out vec3 place, outward;
-  void main() { place = point; outward = normal; gl_Position = matrix * vec4(point, 1.0); }`;
+  in vec3 point, normal, tint;
+  out vec3 place, outward, base;
+  void main() { place = point; outward = normal; base = tint; gl_Position = matrix * vec4(point, 1.0); }`;
 
 // A membrane is clear where it is seen face on, and denser towards its outline.
 const SHEET_FRAGMENT = `#version 300 es
   precision highp float;
-  uniform vec3 eye, key, tint;
+  uniform vec3 eye, key;
   uniform float opacity;
-  in vec3 place, outward;
+  in vec3 place, outward, base;
   out vec4 colour;
   void main() {
     vec3 view = normalize(eye - place), normal = normalize(outward);
     normal = dot(normal, view) < 0.0 ? -normal : normal;
     float edge = pow(1.0 - dot(normal, view), 2.5);
     float alpha = opacity + (0.75 - opacity) * edge;
-    colour = vec4(tint * (0.72 + 0.28 * max(dot(normal, key), 0.0)) * (1.0 - 0.35 * edge), alpha);
+    colour = vec4(base * (0.72 + 0.28 * max(dot(normal, key), 0.0)) * (1.0 - 0.35 * edge), alpha);
   }`;
 
 const LINE_FRAGMENT = `#version 300 es

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from warp_rods.draw.content import Content
+from warp_rods.draw.usd.materials import MEMBRANE_OPACITY
 
 __all__ = ["write_script"]
 
@@ -21,13 +22,21 @@ import sys
 from pathlib import Path
 
 import bpy
+from pxr import Usd  # comes with Blender
 
 HERE, ANIMATION = Path(__file__).resolve().parent, "{animation}"
-FRAMES, FPS = {frames}, {fps:g}
+MEMBRANE = {opacity:g}
 
 
-def material(name):
-    """Shows the colours that the file gives to each node."""
+def timing(scene):
+    """First and last frame, and frames a second, as the animation has them now."""
+    stage = Usd.Stage.Open(str(HERE / ANIMATION), Usd.Stage.LoadNone)
+    scene.frame_start, scene.frame_end = round(stage.GetStartTimeCode()), round(stage.GetEndTimeCode())
+    scene.render.fps = max(round(stage.GetTimeCodesPerSecond()), 1)
+
+
+def material(name, opacity=1.0):
+    """Shows the colours that the file gives to each node, or each point of a membrane."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes, links = made.node_tree.nodes, made.node_tree.links
@@ -35,6 +44,7 @@ def material(name):
     colour = nodes.new("ShaderNodeAttribute")
     colour.attribute_name = "displayColor"
     links.new(colour.outputs["Color"], surface.inputs["Base Color"])
+    surface.inputs["Alpha"].default_value = opacity
     surface.inputs["Roughness"].default_value = 0.6
     surface.inputs["Specular IOR Level"].default_value = 0.2  # a white world would wash out the colours
     return made
@@ -44,11 +54,11 @@ def opened():
     """The objects of the animation, with their materials."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.wm.usd_import(filepath=str(HERE / ANIMATION), import_guide=False, apply_unit_conversion_scale=False)
-    colours = material("Colours of the rods")
+    colours, translucent = material("Colours of the rods"), material("Colours of the membrane", MEMBRANE)
     for thing in bpy.data.objects:
         if thing.type in ("CURVES", "MESH") and "displayColor" in thing.data.attributes:
             thing.data.materials.clear()
-            thing.data.materials.append(colours)
+            thing.data.materials.append(translucent if thing.name.startswith("Membrane") else colours)
         if thing.type == "CAMERA":
             bpy.context.scene.camera = thing
         if thing.type == "LIGHT":
@@ -65,9 +75,8 @@ def world(scene):
 
 
 def film(scene):
-    """Size, frames and colours as in the file."""
-    scene.frame_start, scene.frame_end = 0, FRAMES - 1
-    scene.render.fps = max(round(FPS), 1)
+    """Size, frames and colours."""
+    timing(scene)
     scene.render.resolution_x, scene.render.resolution_y = 1280, 720
     scene.render.film_transparent = True
     scene.view_settings.view_transform = "Standard"
@@ -109,7 +118,7 @@ main()
 '''
 
 
-def write_script(shown: Content, path: Path, fps: float) -> None:
-    """Write the script; the animation itself, ``animation.usdc``, is to be beside it."""
-    text = _SCRIPT.format(animation="animation.usdc", name="blender.py", frames=shown.frames, fps=fps)
+def write_script(shown: Content, path: Path) -> None:
+    """Write the script; the animation itself, ``animation.usdc``, is to be beside it, whatever it shows of the run."""
+    text = _SCRIPT.format(animation="animation.usdc", name="blender.py", opacity=MEMBRANE_OPACITY)
     path.write_text(text, encoding="utf-8")

@@ -14,10 +14,9 @@ from warp_rods.progress import with_progress
 
 def draw_rods(stage: Any, rods: Rods, shown: Content, frames: range, material: Any) -> np.ndarray:
     """Draw one ensemble as curves at these frames; returns the boxes [n, 2, 3] that hold them."""
-    from pxr import Tf, UsdGeom, Vt
+    from pxr import UsdGeom, Vt
 
-    path = f"/World/Ensembles/{Tf.MakeValidIdentifier(rods.name)}"
-    curves = linear_curves(stage, path, np.full(rods.count, rods.nodes), material)
+    curves = linear_curves(stage, path_of(rods.name), np.full(rods.count, rods.nodes), material)
     curves.CreateWidthsAttr([2 * rods.radius])
     curves.SetWidthsInterpolation(UsdGeom.Tokens.constant)
     colour = curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
@@ -28,6 +27,13 @@ def draw_rods(stage: Any, rods: Rods, shown: Content, frames: range, material: A
         rgb = linear(shown.scale(frame).rgb(rods.values(frame))).astype(np.float32)
         colour.Set(Vt.Vec3fArray.FromNumpy(rgb.reshape(-1, 3)), frame)
     return np.array(boxes).reshape(-1, 2, 3)
+
+
+def path_of(ensemble: str) -> str:
+    """Where the rods of an ensemble are in a stage."""
+    from pxr import Tf
+
+    return f"/World/Ensembles/{Tf.MakeValidIdentifier(ensemble)}"
 
 
 def linear_curves(stage: Any, path: str, counts: np.ndarray, material: Any) -> Any:

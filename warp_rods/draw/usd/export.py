@@ -19,10 +19,11 @@ from warp_rods import arguments
 from warp_rods.draw.content import Content
 from warp_rods.draw.selection import Selection
 from warp_rods.draw.usd.box import draw_box
+from warp_rods.draw.usd.cables import describe_cables
 from warp_rods.draw.usd.camera import add_camera_and_lights
 from warp_rods.draw.usd.curves import draw_rods
 from warp_rods.draw.usd.load import ACTIVITY, LOADS, draw_forces
-from warp_rods.draw.usd.materials import add_materials
+from warp_rods.draw.usd.materials import MEMBRANE_OPACITY, add_materials
 from warp_rods.draw.usd.membrane import draw_membrane
 from warp_rods.draw.usd.tubes import SIDES, draw_tubes
 from warp_rods.draw.view import fixed_corners, view_of
@@ -47,6 +48,8 @@ def write_usd(shown: Content, path: Path, fps: float = 24.0, tubes: bool = False
     stage = Stage(shown, fps, tubes, activity)
     stage.draw(range(shown.frames))
     stage.finish()
+    if not tubes:  # a default value would hide the values in parts of a long run, which have none therefore
+        describe_cables(stage.stage, shown)
     stage.write(path)
 
 
@@ -99,7 +102,7 @@ class Stage:
         boxes = [draw(stage, rods, shown, frames, self._energy) for rods in shown.rods]
         if shown.membrane:
             size = shown.membrane.size
-            draw_membrane(stage, shown.membrane, frames, self._membrane)
+            draw_membrane(stage, shown.membrane, frames, self._membrane, opacity=MEMBRANE_OPACITY)
             draw_forces(stage, shown, LOADS, frames, size, self._energy)
         if self._activity:
             length = max(float(rods.data["length"].max()) if "length" in rods.data else 1.0 for rods in shown.rods)
@@ -135,13 +138,28 @@ class Stage:
 
 
 def _describe(stage: Any, world: Any, shown: Content) -> None:
-    scale = shown.scale(0)
+    """Title and attributes of the run; the colours and the times of the frames as custom data of the world."""
+    from pxr import Vt
+
     stage.GetRootLayer().documentation = shown.title
     kept = {key: str(value) for key, value in shown.attributes.items() if key != "scene"}
     stage.GetRootLayer().customLayerData = {**kept, "creator": "warp-rods"}
     world.SetDisplayName(shown.title)
-    colours = {"low": scale.low, "high": scale.high, "colourMap": scale.colour.map_name}
-    world.SetCustomDataByKey("elasticEnergyDensity", colours)
+    for key, value in _colour(shown).items():
+        world.SetCustomDataByKey(f"colour:{key}", value)
+    world.SetCustomDataByKey("times", Vt.DoubleArray.FromNumpy(shown.times))
+
+
+def _colour(shown: Content) -> dict[str, Any]:
+    """What the colours of the rods mean; ``low`` and ``high`` have a value for each frame where ranges differ."""
+    from pxr import Vt
+
+    colour, each = shown.colour, shown.selection.span == "frame"
+    scales = [shown.scale(frame) for frame in (range(shown.frames) if each else [0])]
+    ends = {end: np.array([getattr(scale, end) for scale in scales]) for end in ("low", "high")}
+    words = {"name": shown.selection.colour, "label": colour.label, "unit": shown.in_si(colour.unit)}
+    limits = {end: Vt.DoubleArray.FromNumpy(of) if each else float(of[0]) for end, of in ends.items()}
+    return words | limits | {"map": colour.map_name, "quadratic": colour.quadratic}
 
 
 def _enclosed(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> bool:

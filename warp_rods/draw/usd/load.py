@@ -59,15 +59,15 @@ def draw_forces(stage: Any, shown: Content, names: tuple[str, ...], frames: rang
 
 
 def _magnitudes(rods: Rods, variable: str, frames: int) -> np.ndarray:
-    """All finite values of |force| at some of the frames."""
+    """All values of |force| at some of the frames."""
     some = range(0, frames, -(-frames // SAMPLED_FRAMES))
-    values = np.concatenate([np.linalg.norm(_forces(rods, variable, frame), axis=-1).ravel() for frame in some])
-    return values[np.isfinite(values)]
+    return np.concatenate([np.linalg.norm(_forces(rods, variable, frame), axis=-1).ravel() for frame in some])
 
 
 def _forces(rods: Rods, variable: str, frame: int) -> np.ndarray:
-    """The forces [rod, node or end, 3] at a frame."""
+    """The forces [rod, node or end, 3] at a frame; 0 of lost rods, on which nothing acts any more."""
     values = rods.variable(variable, frame)
+    values = np.where(rods.lost(frame).reshape(-1, *[1] * (values.ndim - 1)), 0.0, values)
     if variable != ACTIVITY:
         return values
     tangent = np.gradient(rods.variable("position", frame), axis=1)
@@ -92,13 +92,9 @@ def _draw(stage: Any, rods: Rods, frames: range, variable: str, scale: _Scale, m
     arrows.GetPrim().SetDocumentation(_DOCUMENTATION[variable])
     arrows.GetPrim().SetCustomDataByKey("lengthPerLoad", scale.length / scale.typical)
     arrows.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
-    base, load = np.zeros((2, rods.count, len(nodes), 3))
     for frame in with_progress(frames, f"USD: {variable} of {rods.name}"):
-        values = _forces(rods, variable, frame)
-        force = values if at_ends else values[:, nodes]
-        valid = np.isfinite(rods.variable("position", frame)[:, nodes] + force).all(axis=(1, 2), keepdims=True)
-        base = np.where(valid, rods.positions(frame)[:, nodes], base)
-        load = np.where(valid, force, load)  # lost rods as drawn
+        values, base = _forces(rods, variable, frame), rods.positions(frame)[:, nodes]
+        load = values if at_ends else values[:, nodes]
         points = base[..., None, :] + _POINTS[:, None] * load[..., None, :] * (scale.length / scale.typical)
         set_points(arrows, frame, points.reshape(-1, 3), _WIDTHS.max() / 2 * scale.length)
         # Arrows shorter than the typical one are also thinner; otherwise they would look like discs.

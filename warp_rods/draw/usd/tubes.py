@@ -10,7 +10,7 @@ from warp_rods.draw.content import Content
 from warp_rods.draw.rods import Rods
 from warp_rods.draw.scale import linear
 from warp_rods.draw.tube_mesh import tube_faces, tube_points
-from warp_rods.draw.usd.curves import bind, set_points
+from warp_rods.draw.usd.curves import bind, path_of, set_points
 from warp_rods.progress import with_progress
 
 SIDES = 8
@@ -19,9 +19,9 @@ SIDES = 8
 
 def draw_tubes(stage: Any, rods: Rods, shown: Content, frames: range, material: Any) -> np.ndarray:
     """Draw one ensemble as tubes at these frames; returns the boxes [n, 2, 3] that hold them."""
-    from pxr import Tf, UsdGeom, Vt
+    from pxr import UsdGeom, Vt
 
-    mesh = UsdGeom.Mesh.Define(stage, f"/World/Ensembles/{Tf.MakeValidIdentifier(rods.name)}")
+    mesh = UsdGeom.Mesh.Define(stage, path_of(rods.name))
     rings = tube_points(np.zeros((1, rods.nodes, 3)), 1.0, SIDES)[0].shape[1]
     corners, counts = tube_faces(rods.count, rings, SIDES)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)

@@ -99,6 +99,17 @@ def test_the_tab_key_offers_names(run, monkeypatch, words, offered):
     assert offered <= set(done.output.split())
 
 
+@pytest.mark.parametrize(("command", "studies"), [("plot", True), ("watch", False)])
+def test_folders_of_studies_are_completed_where_they_can_be_plotted(tmp_path, monkeypatch, command, studies):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a_run/trajectory.zarr", "a_study/study.zarr"):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+    words = f"warp-rods {command} runs/a"
+    environment = {"_WARP_RODS_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": "2"}
+    done = CliRunner().invoke(cli.app, [], prog_name="warp-rods", env=environment).output.split()
+    assert "runs/a_run" in done and ("runs/a_study" in done) == studies
+
+
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals")
 @pytest.mark.parametrize(
     ("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]

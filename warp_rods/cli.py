@@ -195,7 +195,7 @@ def check(
     found = find_scene(scene)
     print(check_scene(found))
     if Scene.load(found).sweep is not None:
-        from warp_rods.studies.plan import check_study
+        from warp_rods.studies.check import check_study
 
         print(check_study(found))
 

@@ -17,6 +17,10 @@ __all__ = ["RunDir", "add_to", "out_option"]
 RunDir = Annotated[
     Path, typer.Argument(metavar="DIR", help="The folder of a run", autocompletion=completion.run_folders)
 ]
+PlottedDir = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="The folder of a run, or a study", autocompletion=completion.plotted_folders),
+]
 RUNS = Path("runs")
 PLOTTED = {"trajectory.zarr": "warp_rods.draw.of_run", "study.zarr": "warp_rods.studies.plot"}
 """What marks a folder that can be plotted, and the module with ``plotted(folder, names, ensembles, out, rod)``: it
@@ -45,7 +49,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def plot(
-    run_dir: RunDir,
+    run_dir: PlottedDir,
     names: Annotated[
         list[str] | None,
         typer.Argument(

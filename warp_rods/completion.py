@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-__all__ = ["benchmarks", "plots", "reproductions", "run_folders", "scene_names", "scenes"]
+__all__ = ["benchmarks", "plots", "plotted_folders", "reproductions", "run_folders", "scene_names", "scenes"]
 
 Offered = Iterator[tuple[str, str]]
-STORE = "trajectory.zarr"
+RUN, STUDY = "trajectory.zarr", "study.zarr"
+"""The stores by which folders of runs and of studies are known."""
 
 
 def scenes(incomplete: str) -> Offered:
@@ -28,9 +29,21 @@ def scene_names(incomplete: str) -> Offered:
 
 def run_folders(incomplete: str) -> Offered:
     """Folders of runs, and folders on the way to them."""
-    yield from _files(incomplete, lambda path: (path / STORE).exists())
+    yield from _folders_with(incomplete, RUN)
+
+
+def plotted_folders(incomplete: str) -> Offered:
+    """Folders of runs and of studies, and folders on the way to them."""
+    yield from _folders_with(incomplete, RUN, STUDY)
+
+
+def _folders_with(incomplete: str, *stores: str) -> Offered:
+    def has_one(path: Path) -> bool:
+        return any((path / store).exists() for store in stores)
+
+    yield from _files(incomplete, has_one)
     if not incomplete:
-        yield from _files("runs/", lambda path: (path / STORE).exists())
+        yield from _files("runs/", has_one)
 
 
 def _files(incomplete: str, is_wanted) -> Offered:  # type: ignore[no-untyped-def]

@@ -22,11 +22,13 @@ __all__ = [
     "ZeroOrMore",
     "hint",
     "key_path",
+    "literal",
     "must_be",
     "nearest",
     "number",
     "numbers",
     "plain",
+    "shortened",
     "shown",
 ]
 
@@ -117,20 +119,24 @@ def must_be(allowed: str, value: Any, note: str = "") -> str:
 
 def shown(value: Any) -> str:
     """The value on one line in TOML notation, shortened."""
-    text = _literal(value)
+    return shortened(literal(value))
+
+
+def shortened(text: str) -> str:
+    """A text of at most ``LONGEST_SHOWN`` characters, with dots where more are left out."""
     return text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 3] + "..."
 
 
-def _literal(value: Any) -> str:
-    """TOML notation, or that of Python where TOML has none."""
+def literal(value: Any) -> str:
+    """The value on one line in TOML notation, or in that of Python where TOML has none."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_literal, value)) + "]"
+        return "[" + ", ".join(map(literal, value)) + "]"
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(key)} = {_literal(item)}" for key, item in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {literal(item)}" for key, item in value.items()) + " }"
     return repr(value)
 
 
@@ -141,4 +147,4 @@ def key_path(loc: Iterable[str | int]) -> str:
 
 
 def _key(key: str) -> str:
-    return key if BARE_KEY.fullmatch(key) else _literal(key)
+    return key if BARE_KEY.fullmatch(key) else literal(key)

@@ -1,5 +1,7 @@
 """A point has the same bits by itself, as a rod of any batch, and as a run from its own scene."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from examples.study import CELL, SENSOR, TIME, cells, sensors
@@ -7,8 +9,10 @@ from examples.study import CELL, SENSOR, TIME, cells, sensors
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
-from warp_rods.studies.plan import Plan
-from warp_rods.studies.points import COMPUTED, LOST, as_rods, each_alone
+from warp_rods.studies.plan import Plan, columns_of
+from warp_rods.studies.points import COMPUTED, LOST, as_rods, assumes, each_alone, measured
+from warp_rods.studies.record import still
+from warp_rods.studies.tasks import _batch
 
 
 def same(one: np.ndarray, other: np.ndarray) -> None:
@@ -85,13 +89,72 @@ def test_points_that_cannot_be_rods_of_a_batch_are_simulated_alone(reason):
     assert reason in why_not(plan.scene, plan.paths, Simulation(plan.scene_at((0, 0)), "cpu"))
 
 
+def test_warnings_of_a_point_are_in_its_message_alone_and_in_a_batch():
+    """17 nodes are few for any swimmer, and how many a soft one needs depends on its stiffness."""
+    plan = Plan(cells({"swimmers.cell.bend": [1e-5, 1e-4, 1e-3], "swimmers.cell.moment": [0.0], "measure": ["speed"]}))
+    points = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (2, 0, 0)]
+    said = as_rods(plan, points, "cpu").values["message"]
+    assert all(line.startswith("warning: cell: 17 nodes are") for line in said) and said[1] == said[2]
+    assert "β⊥ = 1e-05" in said[0] and "β⊥ = 0.0001" in said[1] and "β⊥" not in said[3]
+    assert [one.values["message"][0] for one in each_alone(plan, points, "cpu")] == said.tolist()
+
+
+def with_columns(scene: Scene) -> Plan:
+    """The plan of a study whose store has the measures of the first point."""
+    plan = Plan(scene)
+    simulation = Simulation(plan.scene_at((0,) * len(plan.axes)), "cpu")
+    found = measured(plan, still(simulation), 1, simulation.surfaces["surface"])
+    return replace(plan, columns=tuple(columns_of(found, assumes(plan, found))))
+
+
+def lossy(amplitude: list, **tables) -> Plan:
+    """Swimmers over the amplitude of their start; one of 500 bends by more than half a turn from node to node."""
+    sweep = {
+        "swimmers.cell.shape.amplitude": amplitude,
+        "measure": ["speed", "class", "modes", "crossings"],
+        "seeds": 1,
+    }
+    cell = CELL | {"count": len(amplitude[0]) if isinstance(amplitude[0], list) else 1}
+    return with_columns(Scene.parse({"swimmers": [cell], "time": TIME, "sweep": sweep, **tables}))
+
+
+LOSSES = {
+    "one of two points": ([3.0, 500.0], {}),
+    "all": ([500.0, 600.0], {}),
+    "a rod of two, and both": ([[3.0, 500.0], [500.0, 600.0]], {}),
+    "a rod of two, where a run stops": ([[3.0, 4.0], [3.0, 500.0]], {"on_failure": "stop"}),
+}
+
+
+@pytest.mark.parametrize("which", LOSSES)
+def test_a_point_with_lost_rods_has_the_same_values_alone_and_in_a_batch(which):
+    amplitude, tables = LOSSES[which]
+    plan = lossy(amplitude, **tables)
+    both = as_rods(plan, [(0, 0), (1, 0)], "cpu").values
+    assert both["state"][1] == LOST and both["lost"][1] > 0 and both["settled"][1] == -1
+    assert np.isnan(both["speed"][1]) and both["class"][1] == "failed" and np.isnan(both["modes"][1]).all()
+    for point, alone in enumerate(each_alone(plan, [(0, 0), (1, 0)], "cpu")):
+        assert alone.values.keys() == both.keys()
+        for name, values in alone.values.items():
+            same(values[0:1], both[name][point : point + 1])
+
+
+def test_a_point_whose_measure_has_other_labels_fails_with_the_reason():
+    """The bins of speeds are those of the first point; each point, alone or in a batch, is told why it has none."""
+    swept = {"swimmers.cell.bend": [1e-3, 2e-3], "measure": ["speed_distribution"]}
+    plan = with_columns(Scene.parse({"swimmers": [CELL], "time": TIME, "sweep": swept}))
+    found = list(_batch(plan, ((0, 0), (1, 0)), "cpu"))
+    assert [list(one.errors) for one in found] == [[(0, 0)], [(1, 0)]]
+    assert "speed_distribution: this point has other values of v, and all points" in found[1].errors[1, 0]
+
+
 def test_lost_rods_are_told_with_reason_and_do_not_change_the_others():
     """A start that bends by more than half a turn between two nodes fails at once."""
     sweep = {"swimmers.cell.shape.amplitude": [3.0, 500.0], "measure": ["speed", "class"], "seeds": 1}
     plan = Plan(Scene.parse({"swimmers": [CELL], "time": TIME, "sweep": sweep}))
     both, one = as_rods(plan, [(0, 0), (1, 0)], "cpu"), as_rods(plan, [(0, 0)], "cpu")
     assert both.values["state"].tolist() == [COMPUTED, LOST] and both.values["lost"].tolist() == [0, 1]
-    assert "cell: rod 0" in both.values["message"][1] and not both.values["message"][0]
+    assert "cell: rod 0" in both.values["message"][1] and "cell: rod 0" not in both.values["message"][0]
     assert np.isnan(both.values["speed"][1]) and both.values["class"][1] == "failed"
     same(both.values["speed"][:1], one.values["speed"])
     (alone,) = each_alone(plan, [(1, 0)], "cpu")

@@ -30,6 +30,7 @@ def test_results_are_labelled_and_read_by_xarray(tmp_path):
     plan = Plan(cells())
     store = store_of(plan, tmp_path, (3, 3, 2))
     assert store.dims == ("swimmers.cell.bend", "swimmers.cell.moment", "seed") and store.shape == (4, 3, 2)
+    assert sorted(store.columns, key=lambda one: one.name) == sorted(COLUMNS, key=lambda one: one.name)
     assert len(list(store.chunks())) == 2
     points = [(3, 0, 1), (3, 2, 0)]
     values = {"state": [1, 2], "class": ["U", "flapping"], "speed": [0.5, np.nan], "modes": np.ones((2, 2, 3))}
@@ -178,3 +179,19 @@ def test_refinement_adds_points_where_neighbours_differ_and_nowhere_else(tmp_pat
     assert counts[0] == 81 and fine.sum() == (np.abs(np.hypot(x, y) - 0.6) < 1 / 64).sum()  # the edge is found whole
     assert sum(counts) < 0.4 * states.size
     assert not added(plan, store, 1, np.zeros_like(states)).any()  # unknown cells are not divided
+
+
+def test_refinement_looks_at_the_seeds_that_have_a_value(tmp_path):
+    """A seed without a number hides no jump; points where no seed has one differ from those where some have."""
+    plan = Plan(cells({"swimmers.cell.bend": {"from": 1e-3, "to": 9e-3, "num": 9}, "seeds": 2, "refine": 1,
+                       "swimmers.cell.moment": [0.0]}))  # fmt: skip
+    store = store_of(plan, tmp_path, plan.shape)
+    points = [tuple(map(int, p)) for p in np.argwhere(plan.first())]
+    place, seed = (np.array([point[k] for point in points]) for k in (0, 2))
+    speed = np.where(place < 6, 0.0, 1.0)
+    speed[(place == 4) & (seed == 1)] = np.nan
+    speed[place == 16] = np.nan
+    words = np.where((place == 12) & (seed == 1), "failed", "U").astype(object)
+    store.put((0, 0, 0), points, {"state": np.ones(len(points), np.int8), "speed": speed, "class": words})
+    new = added(plan, store, 1, store.states()) & ~plan.first()
+    assert np.flatnonzero(new.any(axis=(1, 2))).tolist() == [5, 15]

@@ -1,5 +1,7 @@
 """Whole studies without a cluster: parts, restarts, failing points, runs that are kept, status, diagrams."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.simulation.storage import StorageError
 from warp_rods.simulation.under_way import lock_folder
 from warp_rods.studies import begin, points, tasks
+from warp_rods.studies.plan import Column, columns_of
 from warp_rods.studies.plot import plot_study
 from warp_rods.studies.status import status
 from warp_rods.studies.store import Store
@@ -231,3 +234,43 @@ def test_a_refined_study_is_finer_where_its_class_changes(tmp_path):
     assert states.size == 5 and states[::2].all() and states[1::2].any() and study.left == 0
     assert tasks.SCENE in {file.name for file in study.folder.iterdir()} and "refined 1 times" in status(study.folder)
     assert {path.name for path in plot_study(study.folder)} == {"speed.png", "class.png"}
+
+
+DEPENDENT = {
+    "speed_distribution": ({}, "where rods move it has other values of v"),
+    "density_map": ({}, "where rods move it has other values of x, y"),
+    "mean_square_displacement": ({"time.end": [0.06, 0.1]}, "at the last point it has 10 lag in place of 6 lag"),
+    "local_polar_order": ({"swimmers.cell.count": [2, 3]}, "at the last point it has 3 rod in place of 2 rod"),
+}
+
+
+@pytest.mark.parametrize("measure", DEPENDENT)
+def test_a_measure_whose_dimensions_depend_on_the_point_is_refused_before_the_study_begins(measure, tmp_path):
+    swept, said = DEPENDENT[measure]
+    scene = cells({**swept, "measure": ["speed", measure]})
+    why = f'sweep.measure[1] = "{measure}": {said}, and all points of a study have the same: leave it out'
+    with pytest.raises(SceneError, match=re.escape(why)):
+        wr.sweep(scene, tmp_path / "study", device="cpu", part=(1, 1))
+    assert not (tmp_path / "study").exists()
+
+
+def test_edges_of_bins_that_depend_on_the_point_are_kept_at_each(tmp_path):
+    """The histogram of curvatures of spheres of two radii."""
+    study = wr.sweep(sensors(**{"surface.radius": [1.0, 2.0], "seeds": 1, "measure": ["curvature_histogram"]}),
+                     tmp_path / "study", device="cpu", part=(1, 1))  # fmt: skip
+    data = study.data.isel(seed=0)
+    low, high = (
+        data[name].isel({"filaments.sensors.intrinsic.1": 0}).to_numpy() for name in ("gauss_low", "gauss_high")
+    )
+    middle = (low + high)[:, 10] / 2
+    np.testing.assert_allclose(middle, [1.0, 0.25], rtol=1e-4)
+    np.testing.assert_allclose(data["gauss_share"].sum("bin"), 1.0)
+
+
+def test_measures_with_other_labels_of_one_dimension_are_not_in_one_study():
+    one = Column("a", ("r",), (2,), {"r": [0.0, 1.0]})
+    found = {"a": xr.DataArray(np.zeros((1, 2)), dims=("point", "r"), coords={"r": [0.0, 1.0]}),
+             "b": xr.DataArray(np.zeros((1, 2)), dims=("point", "r"), coords={"r": [0.0, 2.0]})}  # fmt: skip
+    assert columns_of({"a": found["a"]}, {"a": False})[0].misfit(found["a"]) == one.misfit(found["a"]) == ""
+    with pytest.raises(SceneError, match=r"sweep.measure: a and b have other values of r: measure them in two studies"):
+        columns_of(found, dict.fromkeys(found, False))

@@ -9,6 +9,7 @@ from examples.study import CELL, TIME, cells, sensors
 
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
+from warp_rods.scene.sweep import _fault_of
 from warp_rods.studies.axes import axes_of
 from warp_rods.studies.plan import Plan
 
@@ -22,6 +23,10 @@ FAULTS = [
     ({}, "sweep: nothing is swept: add a key such as"),
     ({"swimmers.cell.bend": []}, r'sweep."swimmers.cell.bend" = []: must be a list of values, or { from'),
     ({"swimmers.cell.bend": [1e-3, 1e-3]}, "each value must be there once"),
+    ({"swimmers.cell.bend": [1, 2, 1.0]}, "each value must be there once, and 1.0 is there again"),
+    ({"swimmers.cell.name": ["cell", "other"]}, "the name of an ensemble cannot be swept; it changes"),
+    ({"swimmers.cell.bend": [1e-3], "measure": ["speed", "period", "speed"]},
+     'sweep.measure[2] = "speed": is there twice: name each measure once'),
     ({"swimmers.cell.bend": 1e-3}, "= 0.001: must be a list of values"),
     ({"swimmers.cell.bend": RANGE | {"num": 1}}, "num a whole number from 2"),
     ({"swimmers.cell.bend": RANGE | {"from": 0, "scale": "log"}}, "from and to two positive numbers"),
@@ -85,3 +90,26 @@ def test_the_scene_of_a_point_has_its_values():
     nested = scene({"swimmers.cell.flagella.diffusion": [1e-3, 2e-3], "time.tolerance": [0.01, 0.02]})
     found = Plan(nested).scene_at((1, 1, 0))
     assert found.swimmers[0].flagella.diffusion == 2e-3 and found.time.tolerance == 0.02
+
+
+def test_long_lists_that_differ_at_their_ends_are_values_of_their_own():
+    """Their text is cut in messages, not where values are compared, nor in the labels of the store."""
+    rows = [[1e-3] * 39 + [last] for last in (1e-3, 2e-3)]
+    table = {"swimmers": [CELL | {"count": 40}], "time": TIME}
+    axis, _ = axes_of(Scene.parse({**table, "sweep": {"swimmers.cell.bend": rows, "measure": ["speed"]}}))
+    assert len(set(axis.labels)) == 2 and axis.labels[1].endswith("0.001, 0.002]")
+    assert _fault_of("a.b", ((True, {"c": 1}), (1, {"c": 1}), (1, {"c": 2}))) == ""
+    assert "there again" in _fault_of("a.b", ((1, {"c": 1}), (1.0, {"c": 1.0})))
+
+
+def test_a_range_of_whole_numbers_stays_one():
+    nodes = {"swimmers.cell.nodes": {"from": 17, "to": 33, "num": 3}}
+    plan = Plan(scene(nodes))
+    plan.check()
+    assert plan.axes[0].values == (17, 25, 33) and plan.scene_at((1, 0)).swimmers[0].nodes == 25
+    halves = axes_of(scene({"swimmers.cell.moment": {"from": 0, "to": 1, "num": 3}}))[0]
+    assert halves.values == (0.0, 0.5, 1.0) and all(isinstance(value, float) for value in halves.values)
+    for wrong in ({"num": 5, "to": 35}, {"scale": "log"}):
+        swept = {"swimmers.cell.nodes": nodes["swimmers.cell.nodes"] | wrong}
+        with pytest.raises(SceneError, match=r"list the values, such as \[17, 25, 33\], or give a linear range"):
+            Plan(scene(swept)).check()

@@ -7,6 +7,7 @@ curvature, settling, load, membrane  measures of filaments on their membrane
 kymograph                            distribution of energy along growing filaments
 swarm                                order, motion, correlations and shapes of many rods
 crossings, segment_sweeps            rods that pass through each other
+averages                             means of numbers, commonest words
 bootstrap                            confidence intervals of statistics over rods
 described                            labels of measures
 diagnostics, sensing                 the measures of swimmers and of filaments alone

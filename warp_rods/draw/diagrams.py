@@ -1,24 +1,25 @@
 """Diagrams of studies: a measure over one swept key, or over two; functions ``(axes, data, name)``.
 
 ``data``: results of a study whose dimensions are the swept keys drawn and ``seed``. Numbers are means over the seeds,
-words the commonest. Failed and lost points are crosses, points that had not settled are open.
+words the commonest. Failed and lost points are crosses, points that had not settled are open circles, those of which it
+cannot be told open squares.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.averages import MISSING, mean_or_commonest
 from warp_rods.analysis.motion_class import CLASSES
-from warp_rods.analysis.registry import FAILED
 from warp_rods.draw.labels import BAND, BLUE, plain_numbers
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
+from warp_rods.values import shortened
 
-__all__ = ["CLASS_COLOURS", "SEED", "classes_in", "colour_of", "diagram"]
+__all__ = ["CLASS_COLOURS", "COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
 
 SEED = "seed"
 COMPUTED = 1
@@ -29,6 +30,7 @@ CLASS_COLOURS = dict(zip(CLASSES, OKABE_ITO, strict=False)) | {"irregular": GREY
 """Colours of the classes of motion; other words get those that are left."""
 CROSS: dict[str, Any] = {"marker": "x", "color": "red", "linestyle": "none", "markersize": 2.5, "markeredgewidth": 0.8}
 OPEN: dict[str, Any] = {"marker": "o", "color": "black", "linestyle": "none", "markerfacecolor": "white"}
+UNTOLD = OPEN | {"marker": "s"}
 DOT: dict[str, Any] = {"marker": "o", "color": "black", "linestyle": "none", "markeredgewidth": 0}
 
 
@@ -43,17 +45,9 @@ def diagram(axes: Any, data: xr.Dataset, name: str) -> Any:
 
 
 def over_seeds(values: xr.DataArray) -> xr.DataArray:
-    """The mean of a number over the seeds, the commonest of words."""
-    if not _is_words(values):
-        return values.where(np.isfinite(values)).mean(SEED, keep_attrs=True)
-    words = values.transpose(..., SEED).to_numpy().astype(str)
-    flat = [_commonest(row) for row in words.reshape(-1, words.shape[-1])]
-    return values.isel({SEED: 0}).copy(data=np.array(flat, dtype=object).reshape(words.shape[:-1]))
-
-
-def _commonest(words: Iterable[str]) -> str:
-    names, counts = np.unique([w for w in words if w], return_counts=True)
-    return str(names[counts.argmax()]) if len(names) else ""
+    """The mean of a number over the seeds, the commonest of words, of those that were measured."""
+    values = values.transpose(..., SEED)
+    return values.isel({SEED: 0}).copy(data=mean_or_commonest(values.to_numpy()))
 
 
 def _is_words(values: xr.DataArray) -> bool:
@@ -62,7 +56,7 @@ def _is_words(values: xr.DataArray) -> bool:
 
 def classes_in(values: xr.DataArray) -> list[str]:
     """The words that occur, classes of motion in their order."""
-    found = set(np.unique(values.to_numpy().astype(str))) - {"", FAILED}
+    found = set(np.unique(values.to_numpy().astype(str))) - set(MISSING)
     return [word for word in CLASS_COLOURS if word in found] + sorted(found - set(CLASS_COLOURS))
 
 
@@ -74,16 +68,17 @@ def colour_of(word: str, words: list[str]) -> str:
 
 
 class Marks:
-    """Which points are computed, not settled, and failed."""
+    """Which points are computed, not settled, perhaps not settled, and failed."""
 
     def __init__(self, data: xr.Dataset, assumes: bool):
-        state = data["state"]
+        state, settled = data["state"], data["settled"]
         good = state == COMPUTED
         self.failed = (state > COMPUTED).any(SEED).to_numpy()
         self.computed = good.any(SEED).to_numpy()
-        loose = (good & (data["settled"] == 0)).any(SEED).to_numpy() if assumes else np.zeros_like(self.computed)
+        loose, untold = ((good & assumes & (settled == code)).any(SEED).to_numpy() for code in (0, -1))
         self.open = loose & ~self.failed
-        self.sound = self.computed & ~self.open & ~self.failed
+        self.untold = untold & ~loose & ~self.failed
+        self.sound = self.computed & ~self.open & ~self.untold & ~self.failed
 
 
 def _marks(data: xr.Dataset, values: xr.DataArray) -> Marks:
@@ -94,7 +89,7 @@ def _places(data: xr.Dataset, key: str) -> tuple[np.ndarray, bool, list[str]]:
     """Where the values of a key are on its axis, whether it is logarithmic, and labels where they are no numbers."""
     values = data[key].to_numpy()
     if values.dtype.kind in "UO":
-        return np.arange(len(values), dtype=float), False, [str(value) for value in values]
+        return np.arange(len(values), dtype=float), False, [shortened(str(value)) for value in values]
     return values.astype(float), data[key].attrs.get("scale") == "log", []
 
 
@@ -149,11 +144,13 @@ def _points(axes: Any, marks: Marks, x: np.ndarray, y: np.ndarray, size: float =
     kinds = (
         (marks.sound, DOT | {"color": color}, None),
         (marks.open, OPEN, "not settled"),
+        (marks.untold, UNTOLD, "unknown if settled"),
         (marks.failed, CROSS, "failed or lost"),
     )
     for which, style, words in kinds:
         if which.any():
-            sizes = {} if style is CROSS else {"markersize": size, "markeredgewidth": 0.4 if style is OPEN else 0}
+            edge = 0.4 if "markerfacecolor" in style else 0.0
+            sizes = {} if style is CROSS else {"markersize": size, "markeredgewidth": edge}
             axes.plot(x[which], y[which], label=words, **style | sizes)
 
 
@@ -180,7 +177,7 @@ def _map(axes: Any, data: xr.Dataset, values: xr.DataArray, keys: list[str]) -> 
         axes.plot([], [], "s", color=colour_of(word, words), alpha=0.75, label=word)
     _set_axis(axes.xaxis, data, x)
     _set_axis(axes.yaxis, data, y)
-    return None if words else mesh
+    return None if _is_words(values) else mesh
 
 
 def _as_numbers(values: xr.DataArray, words: list[str]) -> np.ndarray:
@@ -196,7 +193,7 @@ def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list
 
     if not known.any():
         return np.full(values.shape, np.nan)
-    strides = [int(str(data[key].attrs.get("first_points", "every 1")).split()[-1]) for key in keys]
+    strides = [stride_of(data[key]) for key in keys]
     where = distance_transform_edt(
         ~known, sampling=[1 / s for s in strides], return_distances=False, return_indices=True
     )
@@ -205,6 +202,11 @@ def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list
     first[:: strides[0], :: strides[1]] = True
     filled[first & ~known] = np.nan
     return np.asarray(filled)
+
+
+def stride_of(key: xr.DataArray) -> int:
+    """Of the values of a key, every so-many-th is one of the first points, before refinement."""
+    return int(str(key.attrs.get("first_points", "every 1")).split()[-1])
 
 
 def _edges(places: np.ndarray, log: bool) -> np.ndarray:

@@ -18,6 +18,8 @@ ENSEMBLES = ("filaments", "swimmers", "cosserat")
 """The tables of ensembles, whose keys in a sweep begin with the kind and the name: ``swimmers.cell.bend``."""
 NOT_SWEPT = {"seed": "give seeds", "sweep": "", "output": "", "title": "", "units": "", "on_failure": ""}
 """Keys of a scene that are not swept, and what to try."""
+NAME = "name"
+"""Of an ensemble: a label, by which the keys of a sweep call it."""
 SCALES = ("linear", "log")
 MOST_VALUES = 100_000
 """Values of a key, at most."""
@@ -67,6 +69,10 @@ class SweepTable(Table):
         seeds = good.get("seeds", 1)
         if is_list(seeds) and len(set(seeds)) < len(seeds):
             faults.append(fault(("seeds",), seeds, f" = {shown(seeds)}: each seed must be there once"))
+        measures = good.get("measure", ())
+        for i, name in enumerate(measures):
+            if name in measures[:i]:
+                faults.append(fault(("measure", i), name, f" = {shown(name)}: is there twice: name each measure once"))
         if not faults and (size := _places(axes, seeds, good.get("refine", 0))) > MOST_PLACES:
             text = f": a grid with {size:.3g} places, refined ones included, at most {MOST_PLACES:.3g}"
             faults.append(fault((), raw, f"{text}: give fewer values, or refine less often"))
@@ -87,10 +93,26 @@ def _fault_of(key: str, value: Any) -> str:
     if is_list(value):
         if not 1 <= len(value) <= MOST_VALUES:
             return f" = {shown(value)}: must be {WHAT}, with 1 to {MOST_VALUES} values"
-        return (
-            f" = {shown(value)}: each value must be there once" if len({shown(v) for v in value}) < len(value) else ""
-        )
+        twice = _repeated(value)
+        return twice and f" = {shown(value)}: each value must be there once, and {twice} is there again"
     return _fault_of_range(value) if isinstance(value, dict) else f" = {shown(value)}: must be {WHAT}"
+
+
+def _repeated(values: tuple[Any, ...]) -> str:
+    """The first value that equals one before it, in words; empty where none does."""
+    seen = set()
+    for value in values:
+        if (key := _hashable(value)) in seen:
+            return shown(value)
+        seen.add(key)
+    return ""
+
+
+def _hashable(value: Any) -> Any:
+    """The same for equal values: 1 and 1.0, but not 1 and true."""
+    if isinstance(value, Mapping):
+        return frozenset((key, _hashable(part)) for key, part in value.items())
+    return tuple(map(_hashable, value)) if is_list(value) else (isinstance(value, bool), value)
 
 
 def _fault_of_range(value: Mapping[str, Any]) -> str:
@@ -134,14 +156,12 @@ def located(tables: Mapping[str, Any], key: str, filled: bool = True) -> Path:
     if head in NOT_SWEPT:
         raise KeyError(f"{head} cannot be swept{'; ' * bool(NOT_SWEPT[head])}{NOT_SWEPT[head]}")
     if head in ENSEMBLES:
-        names = [str(table.get("name")) for table in tables.get(head) or () if isinstance(table, dict)]
-        if parts[1] not in names:
-            what = f"there are {', '.join(names)}" if names else f"the scene has no [[{head}]]"
-            raise KeyError(f"no ensemble {parts[1]!r} in {head}{nearest(parts[1], names)}: {what}")
-        path = [head, names.index(parts[1])]
+        path = [head, _number_of(tables, head, parts[1])]
         here, parts = tables[head][path[1]], parts[2:]
         if not parts:
             raise KeyError("is the name of an ensemble: add a key of it, such as .bend")
+        if parts == [NAME]:
+            raise KeyError("the name of an ensemble cannot be swept; it changes nothing but labels")
     for depth, part in enumerate(parts):
         step, last = _step(here, part), depth == len(parts) - 1
         inside = step in here if isinstance(here, dict) else isinstance(step, int) and step < len(here)
@@ -158,6 +178,15 @@ def located(tables: Mapping[str, Any], key: str, filled: bool = True) -> Path:
             if not isinstance(here, (dict, tuple)):
                 raise KeyError(f"{part} = {shown(here)} has no parts: the key ends there")
     return tuple(path)
+
+
+def _number_of(tables: Mapping[str, Any], kind: str, name: str) -> int:
+    """The number of the ensemble of a kind with this name; raises KeyError."""
+    names = [str(table.get(NAME)) for table in tables.get(kind) or () if isinstance(table, dict)]
+    if name not in names:
+        what = f"there are {', '.join(names)}" if names else f"the scene has no [[{kind}]]"
+        raise KeyError(f"no ensemble {name!r} in {kind}{nearest(name, names)}: {what}")
+    return names.index(name)
 
 
 def _step(here: Any, part: str) -> str | int:

@@ -22,7 +22,7 @@ from warp_rods.scene.components import numbers_of, rows_of
 from warp_rods.scene.filaments import FilamentsTable, GrowthTable
 from warp_rods.simulation.criteria import criteria_of_filaments
 from warp_rods.simulation.resolution import Resolution, largest_length, resolution
-from warp_rods.simulation.samples import samples_of, times_of
+from warp_rods.simulation.samples import times_of
 from warp_rods.simulation.surfaces import part_of
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ def nodes_of(layout: Layout, table: FilamentsTable) -> Resolution:
     table, bent = _with_length(layout, table), layout.bending_at_start(table.name)
     for time in times_of(surface, end):
         _check_length(surface.at(time), table)
-    samples = samples_of(surface, end, part_of(surface, table.bodies))
-    return resolution(table, criteria_of_filaments(table, samples, layout.scene.steric, bent, end))
+    criteria = criteria_of_filaments(table, layout.samples(table.bodies), layout.scene.steric, bent, end)
+    return resolution(table, criteria)
 
 
 def _with_length(layout: Layout, table: FilamentsTable) -> FilamentsTable:

@@ -17,9 +17,10 @@ from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Steric
 from warp_rods.simulation.estimates import check_memory
 from warp_rods.simulation.resolution import Resolution, largest_length
+from warp_rods.simulation.samples import Sample, samples_of
 from warp_rods.simulation.start_arrays import Arrays, Given, largest_bending
 from warp_rods.simulation.starts import read_start
-from warp_rods.simulation.surfaces import build_surfaces, lines_on_data
+from warp_rods.simulation.surfaces import build_surfaces, lines_on_data, part_of
 from warp_rods.simulation.units import lines_of_units
 
 NODES_OF_BENDING = 257
@@ -45,6 +46,8 @@ class Layout:
     """Poses of swimmers that are placed together, by arrangement and name."""
     starts: dict[str, Given] = field(default_factory=dict)
     """Shapes that are from files, by the name of the ensemble."""
+    sampled: dict[Any, list[Sample]] = field(default_factory=dict)
+    """Samples of the membrane, or of some of its bodies, until the end of the run."""
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     seeds: tuple[int, ...] = ()
@@ -59,6 +62,14 @@ class Layout:
     def bending_at_start(self, name: str) -> float:
         """The largest curvature at a node of a start from a file, 0 of others; 1/length."""
         return largest_bending(self.starts[name].at(NODES_OF_BENDING)[0]) if name in self.starts else 0.0
+
+    def samples(self, bodies: Sequence[int] | None) -> list[Sample]:
+        """Samples of the membrane, or of these bodies of it, at some times of the run."""
+        assert self.surface is not None
+        key = (self.scene.time.end, bodies)
+        if key not in self.sampled:
+            self.sampled[key] = samples_of(self.surface, self.scene.time.end, part_of(self.surface, bodies))
+        return self.sampled[key]
 
     def parts(self, name: str, count: int) -> list[tuple[np.random.Generator, np.ndarray]]:
         """A random generator for each part of an ensemble, and the numbers of its rods."""
@@ -96,10 +107,7 @@ def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
     layout = Layout(scene, device, *build_surfaces(scene), seeds=tuple(seeds))
     layout.notes += lines_of_units(scene)
     _read_starts(layout)
-    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
-        notes, warnings = lines_on_data(scene, path, surface)
-        layout.notes += notes
-        layout.warnings += warnings
+    _tell_of_surfaces(layout)
     if layout.surface and layout.surface.kind in GIVEN and not layout.surface.closed:
         layout.notes.append(
             "surface: φ changes sign on the faces of its box, so the surface is an open patch that ends at the box"
@@ -121,6 +129,29 @@ def lay_out(scene: Scene, device, seeds: Sequence[int] = ()) -> Layout:
         layout.warnings += _steric_warnings(layout, scene.steric)
         layout.warnings += _own_images(scene, scene.steric.core)
     return layout
+
+
+def warnings_of_apart(scenes: Sequence[Scene], surface: Surface | None) -> list[list[str]]:
+    """The warnings of ``lay_out`` of scenes whose rods do not feel each other, nor walls, without laying them out.
+
+    surface: the membrane, at rest or moving, of all of them. Raises SceneError as ``lay_out`` does.
+    """
+    found, sampled = [], dict[Any, list[Sample]]()
+    for scene in scenes:
+        layout = Layout(scene, None, surface, sampled=sampled)
+        _read_starts(layout)
+        _tell_of_surfaces(layout)
+        _choose_nodes(layout)
+        found.append(layout.warnings)
+    return found
+
+
+def _tell_of_surfaces(layout: Layout) -> None:
+    """Notes and warnings on the files of the surfaces."""
+    for path, surface in (("surface", layout.surface), ("box.surface", layout.container)):
+        notes, warnings = lines_on_data(layout.scene, path, surface)
+        layout.notes += notes
+        layout.warnings += warnings
 
 
 def _own_images(scene: Scene, core: float) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,12 +29,12 @@ class Sample:
     uniform: np.ndarray
     curved: np.ndarray
 
-    @property
+    @cached_property
     def principal(self) -> np.ndarray:
         """Principal curvatures at all these points [n, 2], ascending; 1/length."""
         return np.linalg.eigvalsh(self.surface.second_form(self._points)[2])
 
-    @property
+    @cached_property
     def variation(self) -> float:
         """The largest |∂²K11|, |∂²K12| along geodesics over the largest curvature; 1/length².
 

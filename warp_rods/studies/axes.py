@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from warp_rods.scene.scene import Scene
-from warp_rods.values import shown
+from warp_rods.values import literal
 
 __all__ = ["SEED", "Axis", "axes_of"]
 
@@ -48,7 +48,7 @@ class Axis:
             return np.array(self.values, dtype=np.int64)
         if self.numeric:
             return np.array(self.values, dtype=np.float64)
-        return np.array([value if isinstance(value, str) else shown(value) for value in self.values], dtype=object)
+        return np.array([value if isinstance(value, str) else literal(value) for value in self.values], dtype=object)
 
 
 def axes_of(scene: Scene) -> tuple[Axis, ...]:
@@ -63,10 +63,12 @@ def axes_of(scene: Scene) -> tuple[Axis, ...]:
 def _axis(key: str, given: Any, refine: int) -> Axis:
     if not isinstance(given, Mapping):
         return Axis(key, tuple(given))
-    scale, stride = given.get("scale", "linear"), 2**refine
-    return Axis(
-        key, _range(float(given["from"]), float(given["to"]), (given["num"] - 1) * stride, scale), scale, stride
-    )
+    first, last, stride = given["from"], given["to"], 2**refine
+    scale = given.get("scale", "linear")
+    values: tuple[float, ...] = _range(float(first), float(last), (given["num"] - 1) * stride, scale)
+    if isinstance(first, int) and isinstance(last, int) and all(value.is_integer() for value in values):
+        values = tuple(map(int, values))  # a key such as the number of nodes takes whole numbers alone
+    return Axis(key, values, scale, stride)
 
 
 def _range(first: float, last: float, steps: int, scale: str) -> tuple[float, ...]:

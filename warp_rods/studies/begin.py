@@ -25,6 +25,7 @@ from warp_rods.studies.inputs import inputs
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan, columns_of
 from warp_rods.studies.points import assumes, measured
+from warp_rods.studies.probes import refuse_other_dimensions
 from warp_rods.studies.record import Record, bytes_of_a_rod, still
 from warp_rods.studies.store import STORE, Store, this_process
 from warp_rods.studies.summaries import SETTLED
@@ -166,11 +167,13 @@ def _copy_scene(store: Store, folder: Path) -> None:
 
 
 def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
-    """All measures of a point in which nothing moves, for their names and shapes; raises SceneError."""
+    """All measures of a point in which nothing moves, for their names and dimensions; raises SceneError."""
     try:
-        return measured(plan, still(simulation), 1, simulation.surfaces["surface"])
+        found = measured(plan, still(simulation), 1, simulation.surfaces["surface"])
     except ValueError as error:
         raise SceneError(f"sweep.measure: {error}") from None
+    refuse_other_dimensions(plan, simulation, found)
+    return found
 
 
 def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> float:

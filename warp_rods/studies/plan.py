@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.registry import FAILED
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.sweep import ENSEMBLES, Path, SweepTable, located, replaced
@@ -18,10 +19,14 @@ from warp_rods.studies.axes import Axis, axes_of
 from warp_rods.studies.summaries import OF_SETTLED, Summary, summary_of
 from warp_rods.values import plain, shown
 
-__all__ = ["Column", "Plan", "Wanted"]
+__all__ = ["Column", "Plan", "Wanted", "columns_of"]
 
 MOST_CHECKED = 200
 """Values of an axis that are checked before a study begins; an impossible one among others fails by itself."""
+SAME = "and all points of a study have the same"
+LIST_THEM = "; list the values, such as [17, 25, 33], or give a linear range whose values are all whole numbers"
+MEASURE_RUNS = 'leave it out, give keep = "trajectory" and measure the runs, or give another measure'
+"""What to try with a measure whose dimensions depend on the point."""
 Index = tuple[int, ...]
 """The place of a point in the grid."""
 
@@ -52,13 +57,42 @@ class Column:
     text: bool = False
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
+    def misfit(self, found: xr.DataArray) -> str:
+        """How values [point, …] differ from it in their further dimensions; empty where they do not."""
+        (other,) = columns_of({self.name: found}, {self.name: False})
+        if (other.dims, other.shape) != (self.dims, self.shape):
+            return f"{_sizes(other)} in place of {_sizes(self)}"
+        dims = [dim for dim in self.dims if other.labels.get(dim) != self.labels.get(dim)]
+        return f"other values of {', '.join(dims)}" if dims else ""
+
+    def filled(self, found: xr.DataArray | None, dead: np.ndarray) -> np.ndarray:
+        """Values [point, …], with NaN or "failed" at ``dead`` points [point]; raises ValueError where they do not fit.
+
+        found: None where no rod is left that could be measured.
+        """
+        if found is not None and (why := self.misfit(found)):
+            raise ValueError(f"{self.name}: this point has {why}, {SAME}; {MEASURE_RUNS}")
+        nothing, dtype = (FAILED, object) if self.text else (np.nan, float)
+        values = np.full((len(dead), *self.shape), nothing, dtype=dtype)
+        if found is not None:
+            values[~dead] = found.to_numpy()[~dead]
+        return values
+
+
+def _sizes(column: Column) -> str:
+    return " × ".join(f"{size} {dim}" for dim, size in zip(column.dims, column.shape, strict=True)) or "a number"
+
 
 @dataclass(frozen=True)
 class Plan:
-    """A study of a scene with a sweep; ``order``: of the axes, where it is not that of the scene."""
+    """A study of a scene with a sweep.
+
+    order: of the axes, where it is not that of the scene. columns: of its store; none before there is one.
+    """
 
     scene: Scene
     order: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
 
     @cached_property
     def sweep(self) -> SweepTable:
@@ -152,7 +186,8 @@ class Plan:
                 try:
                     Scene.parse(self.tables_at(point))
                 except SceneError as error:
-                    lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}')
+                    advice = LIST_THEM if axis.scale != "list" and "whole number" in str(error) else ""
+                    lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}{advice}')
                     break
         _ = self.wanted
         if lines:
@@ -190,15 +225,11 @@ class Plan:
         return {"status"}.union(*(w.variables for w in self.wanted), *(OF_SETTLED[kind] for kind in kinds))
 
 
-def check_study(path: str | FilePath) -> str:
-    """What the sweep of the scene in a file is; raises SceneError for a value, or a measure, that is not possible."""
-    plan = Plan(Scene.load(path))
-    plan.check()
-    return f"a study of {plan.size}, for `warp-rods sweep`"
-
-
 def columns_of(found: Mapping[str, xr.DataArray], assumes: Mapping[str, bool]) -> list[Column]:
-    """The variables of the store for measures at points [point, …]; ``assumes``: which assume a settled motion."""
+    """The variables of the store for measures at points [point, …]; ``assumes``: which assume a settled motion.
+
+    Raises SceneError where two measures have the same dimension with other labels.
+    """
     columns = []
     for name, values in found.items():
         dims = tuple(map(str, values.dims[1:]))
@@ -206,7 +237,18 @@ def columns_of(found: Mapping[str, xr.DataArray], assumes: Mapping[str, bool]) -
         attributes = dict(values.attrs) | ({"ancillary_variables": "settled"} if assumes[name] else {})
         attributes.pop("left_out", None)
         columns.append(Column(name, dims, values.shape[1:], labels, values.dtype.kind in "UO", attributes))
+    for one, other in itertools.combinations(columns, 2):
+        _refuse_other_labels(one, other)
     return columns
+
+
+def _refuse_other_labels(one: Column, other: Column) -> None:
+    sizes = [dict(zip(column.dims, column.shape, strict=True)) for column in (one, other)]
+    for dim in set(one.dims) & set(other.dims):
+        if sizes[0][dim] != sizes[1][dim] or one.labels.get(dim) != other.labels.get(dim):
+            raise SceneError(
+                f"sweep.measure: {one.name} and {other.name} have other values of {dim}: measure them in two studies"
+            )
 
 
 def mask_of(points: Sequence[Index], shape: Sequence[int]) -> np.ndarray:

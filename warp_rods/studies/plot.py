@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +11,16 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.draw import plots
-from warp_rods.draw.diagrams import SEED, diagram
+from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, stride_of
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.of_run import FOLDER
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.studies.store import OWN, STORE
-from warp_rods.values import nearest
+from warp_rods.values import nearest, shortened
 
 __all__ = ["plot_study"]
 
+LOG = logging.getLogger("warp_rods")
 WIDTH = 110.0
 """Of a figure with one panel, mm."""
 MOST_PANELS = 9
@@ -28,19 +29,46 @@ MOST_PANELS = 9
 
 def plotted(
     folder: Path, names: Sequence[str], ensembles: Sequence[str] = (), out: Path | None = None, rod: int | None = None
-) -> list[Path]:
+) -> list[Path | str]:
     """``plot_study`` as ``warp-rods plot`` calls it; ensembles and rods of a study are chosen by its keys."""
     if ensembles or rod is not None:
         raise SceneError("--ensembles and --rod are for runs: a study has one number for each point")
-    return plot_study(folder, [] if "all" in names else names, out)
+    said: list[str] = []
+    paths = plot_study(folder, [] if "all" in names else names, out, tell=said.append)
+    return [*paths, *said]
 
 
-def plot_study(folder: str | Path, measures: Sequence[str] = (), out: str | Path | None = None) -> list[Path]:
+def plot_study(
+    folder: str | Path, measures: Sequence[str] = (), out: str | Path | None = None,
+    tell: Callable[[str], None] = LOG.warning,
+) -> list[Path]:  # fmt: skip
     """Draw measures of a study (default: all) into ``plots`` in its folder, or ``out``; returns the PNGs.
 
-    Each is NAME.png and NAME.svg. Measures with further dimensions, such as ``modes``, are not drawn. Raises
-    RunFolderError where there is no study, or nothing is computed, and SceneError for a measure that it does not have.
+    Each is NAME.png and NAME.svg. ``tell`` is called with lines about what is not drawn: measures with further
+    dimensions, such as ``modes``, and panels beyond ``MOST_PANELS``. Raises RunFolderError where there is no study, or
+    nothing is computed, and SceneError for a measure that it does not have, or that cannot be drawn.
     """
+    data = opened(folder)
+    further = {str(name): v.dims[data["state"].ndim :] for name, v in data.data_vars.items() if name not in OWN}
+    names = [name for name, dims in further.items() if not dims]
+    for name in measures:
+        if further.get(name):
+            raise SceneError(_not_drawn(name, further[name]))
+        if name not in names:
+            raise SceneError(
+                f"{name}: is not drawn of this study{nearest(name, names)}; known here: {', '.join(names)}"
+            )
+    for name in further if not measures else ():
+        if further[name]:
+            tell(_not_drawn(name, further[name]))
+    if left := _left_out(data):
+        tell(left)
+    place = Path(folder) / FOLDER if out is None else Path(out)
+    return [plots.save(figure_of(data, name), place / name.replace(".", "-"))[0] for name in measures or names]
+
+
+def opened(folder: str | Path) -> xr.Dataset:
+    """The results of a study in memory, with numbers of keys in ascending order; raises RunFolderError."""
     path = Path(folder) / STORE
     if not path.exists():
         raise RunFolderError(f"There is no study in {folder}: {STORE} is missing")
@@ -51,25 +79,51 @@ def plot_study(folder: str | Path, measures: Sequence[str] = (), out: str | Path
     )
     if not (data["state"] == 1).any():
         raise RunFolderError(f"{folder}: no point is computed yet, so that there is nothing to draw")
-    names = [str(n) for n in data.data_vars if n not in OWN and data[n].dims == data["state"].dims]
-    for name in measures:
-        if name not in names:
-            raise SceneError(
-                f"{name}: is not drawn of this study{nearest(name, names)}; known here: {', '.join(names)}"
-            )
-    place = Path(folder) / FOLDER if out is None else Path(out)
-    return [plots.save(figure_of(data, name), place / name.replace(".", "-"))[0] for name in measures or names]
+    keys = data["state"].dims
+    return data.sortby([key for key in keys if key != SEED and data[key].dtype.kind in "fiu"])
+
+
+def _not_drawn(name: str, dims: Sequence[Hashable]) -> str:
+    what = ", ".join(map(str, dims))
+    return f"{name}: is not drawn, as it has values over {what} at each point: read them from {STORE} with xarray"
+
+
+def _keys(data: xr.Dataset) -> tuple[list[str], list[str]]:
+    """The keys of the axes of a panel, the two with the most values, and the others, by which panels differ."""
+    keys = [str(dim) for dim in data["state"].dims if dim != SEED]
+    long = sorted(keys, key=lambda key: -data.sizes[key])[:2]
+    shown = [key for key in keys if key in long and data.sizes[key] > 1] or keys[:1]
+    return shown, [key for key in keys if key not in shown]
+
+
+def _cases(data: xr.Dataset) -> list[tuple[int, ...]]:
+    """The places of values of the other keys with computed points: of first points, as refined ones have few others."""
+    shown, others = _keys(data)
+    computed = (data["state"] == COMPUTED).any([*shown, SEED]).transpose(*others)
+    cases: list[tuple[int, ...]] = [tuple(case) for case in np.argwhere(computed.to_numpy()).tolist()]
+    strides = [stride_of(data[key]) for key in others]
+    return [case for case in cases if not any(np.mod(case, strides))] or cases
+
+
+def _drawn(cases: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Those of which there is a panel."""
+    at = np.linspace(0, len(cases) - 1, min(len(cases), MOST_PANELS))
+    return [cases[i] for i in at.astype(int)]
+
+
+def _left_out(data: xr.Dataset) -> str:
+    """How many panels are left out, in words; empty where none is."""
+    cases, (_, others) = _cases(data), _keys(data)
+    left = len(cases) - len(_drawn(cases))
+    return (
+        f"panels for {MOST_PANELS} of {len(cases)} values of {', '.join(others)}; {left} are left out" if left else ""
+    )
 
 
 def figure_of(data: xr.Dataset, name: str) -> Any:
     """The figure of one measure over the two keys with the most values; a panel for each value of the others."""
-    keys = [str(dim) for dim in data["state"].dims if dim != SEED]
-    long = sorted(keys, key=lambda key: -data.sizes[key])[:2]
-    shown = [key for key in keys if key in long and data.sizes[key] > 1] or keys[:1]
-    others = [key for key in keys if key not in shown]
-    cases = list(itertools.product(*(range(data.sizes[key]) for key in others)))
-    if len(cases) > MOST_PANELS:
-        cases = [cases[i] for i in np.linspace(0, len(cases) - 1, MOST_PANELS).astype(int)]
+    _, others = _keys(data)
+    cases = _drawn(_cases(data))
     columns = min(len(cases), 3)
     rows = -(-len(cases) // columns)
     with plots.style():
@@ -84,12 +138,13 @@ def figure_of(data: xr.Dataset, name: str) -> Any:
         for axes in panels[len(cases) :]:
             axes.remove()
         _legend(figure, [axes for axes, _ in zip(panels, cases, strict=False)], meshes, label_of(data[name]))
+        figure.supxlabel(_left_out(data), fontsize="x-small", color="0.4")
     return figure
 
 
 def _title(key: str, value: object) -> str:
     """A value of a key of which each panel has one."""
-    return f"{key.split('.')[-1]} = {value:.4g}" if isinstance(value, float) else f"{key.split('.')[-1]} = {value}"
+    return f"{key.split('.')[-1]} = {f'{value:.4g}' if isinstance(value, float) else shortened(str(value))}"
 
 
 def _legend(figure: Any, panels: list[Any], meshes: list[Any], words: str) -> None:
@@ -98,9 +153,10 @@ def _legend(figure: Any, panels: list[Any], meshes: list[Any], words: str) -> No
     entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
     if entries:
         figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
-    if meshes[0] is not None:
-        low = min(np.nanmin(mesh.get_array()) for mesh in meshes)
-        high = max(np.nanmax(mesh.get_array()) for mesh in meshes)
-        for mesh in meshes:
+    drawn = [mesh for mesh in meshes if mesh is not None]
+    values = [np.ma.masked_invalid(mesh.get_array()).compressed() for mesh in drawn]
+    if any(map(len, values)):
+        low, high = (float(end(np.concatenate(values))) for end in (np.min, np.max))
+        for mesh in drawn:
             mesh.set_clim(low, high)
-        figure.colorbar(meshes[0], ax=panels, label=words)
+        figure.colorbar(drawn[0], ax=panels, label=words)

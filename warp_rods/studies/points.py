@@ -11,15 +11,16 @@ import xarray as xr
 
 from warp_rods.errors import RodFailure
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.layout import warnings_of_apart
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.storage import StorageError
 from warp_rods.simulation.under_way import FolderInUse
 from warp_rods.studies.batches import batch_tables
-from warp_rods.studies.plan import Index, Plan
+from warp_rods.studies.plan import Index, Plan, Wanted, columns_of
 from warp_rods.studies.record import Record
-from warp_rods.studies.summaries import each_point, settled
+from warp_rods.studies.summaries import each_point, of_all, settled
 
-__all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "each_alone", "measured"]
+__all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "assumes", "each_alone", "measured", "taken"]
 
 COMPUTED, LOST, FAILED = 1, 2, 3
 """States of a point: measured; all its rods lost, or one where a run would stop; not possible to simulate."""
@@ -43,19 +44,33 @@ def as_rods(plan: Plan, points: Sequence[Index], device: str) -> Results:
         pass
     counts = _lost_rods(simulation, len(points))
     stops = plan.scene.on_failure == "stop"
-    found = _results(plan, list(points), record.data(), simulation.surfaces["surface"], counts, stops)
-    found.values["message"][:] = _losses(simulation, len(points))
+    surface = simulation.surfaces["surface"]
+    found = _results(plan, list(points), record.data(), surface, counts, stops)
+    lost, warned = _losses(simulation, len(points)), _warnings(plan, points, surface)
+    found.values["message"][:] = [_message(*lines) for lines in zip(lost, warned, strict=True)]
     return found
 
 
-def _losses(simulation: Simulation, points: int) -> list[str]:
+def _message(lost: Sequence[str], warned: Sequence[str]) -> str:
+    return "; ".join([*lost, *(f"warning: {line}" for line in warned)])
+
+
+def _warnings(plan: Plan, points: Sequence[Index], surface: Any) -> list[list[str]]:
+    """The warnings of the scene of each point. Those of the batch are about its worst rod, whichever point has that."""
+    places = list(dict.fromkeys(point[:-1] for point in points))  # seeds make no difference
+    found = warnings_of_apart([plan.scene_at((*place, 0)) for place in places], surface)
+    at = dict(zip(places, found, strict=True))
+    return [at[point[:-1]] for point in points]
+
+
+def _losses(simulation: Simulation, points: int) -> list[list[str]]:
     """What happened to the rods that each point has lost."""
     said: list[list[str]] = [[] for _ in range(points)]
     for name, ensemble in simulation.ensembles.items():
         for failure in ensemble.failures():
             point, rod = divmod(failure.rod, ensemble.count // points)
             said[point].append(f"{name}: rod {rod} {failure.what} at t = {failure.time:.6g}")
-    return ["; ".join(lines) for lines in said]
+    return said
 
 
 def each_alone(
@@ -86,12 +101,12 @@ def _alone(plan: Plan, point: Index, device: str, folder: Path | None) -> Result
     record = Record(simulation, plan.needs)
     try:
         for _ in simulation.advance():
-            if stops and simulation.frozen:
-                break
+            if stops and simulation.frozen and not simulation.own_steps:
+                break  # rods that do not feel each other go on, as they do in a batch
             simulation.new_failures()
     except RodFailure:
         pass  # what was lost is in the data
-    said = "; ".join([*filter(None, _losses(simulation, 1)), *simulation.new_warnings()])
+    said = _message(_losses(simulation, 1)[0], [*simulation.warnings, *simulation.new_warnings()])
     counts = _lost_rods(simulation, 1)
     found = _results(plan, [point], record.data(), simulation.surfaces["surface"], counts, stops)
     found.values["message"][0] = said
@@ -144,33 +159,37 @@ def _results(
     """What the trajectory of points, whose rods follow each other, has to tell."""
     count, (number, rods) = len(points), lost
     dead = (number > 0) if stops else (number == rods)
+    told = [settled(group.to_dataset(), count) for group in data.children.values()]
     values: dict[str, np.ndarray] = {
         "state": np.where(dead, LOST, COMPUTED).astype(np.int8),
         "lost": number.astype(np.int32),
-        "settled": np.min([settled(group.to_dataset(), count) for group in data.children.values()], axis=0),
+        "settled": np.where(dead, -1, of_all(told)).astype(np.int8),
         "message": np.full(count, "", dtype=object),
     }
     if plan.sweep.keep == "trajectory":
         values["trajectory"] = np.full(count, "", dtype=object)
-    for name, array in ({} if dead.all() else measured(plan, data, count, surface)).items():
-        values[name] = array.to_numpy()
-        if dead.any():
-            values[name] = values[name].copy()
-            values[name][dead] = "failed" if values[name].dtype == object else np.nan
+    found = {} if dead.all() else measured(plan, data, count, surface)
+    columns = plan.columns or columns_of(found, assumes(plan, found))
+    values |= {column.name: column.filled(found.get(column.name), dead) for column in columns}
     return Results(points, values, {})
 
 
 def measured(plan: Plan, data: xr.DataTree, count: int, surface: Any) -> dict[str, xr.DataArray]:
-    """All measures at so many points [point, …]."""
+    """All measures at so many points [point, …]; the attribute ``measure`` of each is its name in the sweep."""
     found: dict[str, xr.DataArray] = {}
     for wanted in plan.wanted:
-        group = data[wanted.ensemble].to_dataset() if wanted.ensemble else data
-        each = each_point(wanted.name, wanted.summary, group, count, surface)
-        found |= {wanted.prefix + name: values for name, values in each.items()}
+        found |= taken(wanted, data, count, surface)
     return found
 
 
-def assumes(plan: Plan, found: Mapping[str, Any]) -> dict[str, bool]:
+def taken(wanted: Wanted, data: xr.DataTree, count: int, surface: Any) -> dict[str, xr.DataArray]:
+    """The variables of one measure at so many points [point, …]."""
+    group = data[wanted.ensemble].to_dataset() if wanted.ensemble else data
+    each = each_point(wanted.name, wanted.summary, group, count, surface)
+    return {wanted.prefix + name: values for name, values in each.items()}
+
+
+def assumes(plan: Plan, found: Mapping[str, xr.DataArray]) -> dict[str, bool]:
     """Which variables assume a settled motion."""
-    rows = {wanted.prefix + wanted.name: wanted.summary.settled for wanted in plan.wanted}
-    return {name: next((yes for key, yes in rows.items() if name.startswith(key)), True) for name in found}
+    rows = {wanted.name: wanted.summary.settled for wanted in plan.wanted}
+    return {name: rows[values.attrs["measure"]] for name, values in found.items()}

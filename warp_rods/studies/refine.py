@@ -1,9 +1,9 @@
 """Which points a refinement adds: those within cells whose corners differ.
 
 A cell is between neighbours in the ranges. It is halved in every direction where a word, such as the class of the
-motion, differs along one of its edges, or a number by more than ``SHARE`` of the range of all. Cells stay those of a
-grid, so that the store has one labelled array; the library ``adaptive`` adds scattered points, a few at a time, by
-numbers alone.
+motion, differs along one of its edges, or a number by more than ``SHARE`` of the range of all, or where one end has a
+value and the other none. Numbers are means over the seeds, words the commonest. Cells stay those of a grid, so that
+the store has one labelled array; the library ``adaptive`` adds scattered points, a few at a time, by numbers alone.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from warp_rods.analysis.averages import mean_or_commonest
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.store import Store
 
@@ -30,7 +31,7 @@ def added(plan: Plan, store: Store, level: int, states: np.ndarray) -> np.ndarra
     cells = _corners(np.asarray(known), refined, np.logical_and)
     different = np.zeros_like(cells)
     for name in store.scalars:
-        values = _over_seeds(store.whole(name)[coarse])
+        values = mean_or_commonest(store.whole(name)[coarse])
         for axis in refined:
             edges = _differ(values, axis)
             different |= _corners(edges, [k for k in refined if k != axis], np.logical_or)
@@ -44,18 +45,8 @@ def added(plan: Plan, store: Store, level: int, states: np.ndarray) -> np.ndarra
     return mask
 
 
-def _over_seeds(values: np.ndarray) -> np.ndarray:
-    """The mean of a number over the seeds, the last axis; of a word, the commonest."""
-    if values.dtype != object:
-        with np.errstate(invalid="ignore"):
-            return values.mean(axis=-1)  # NaN where a seed has none: its class differs then
-    names, numbers = np.unique(values.astype(str), return_inverse=True)
-    counts = np.stack([(numbers.reshape(values.shape) == k).sum(axis=-1) for k in range(len(names))])
-    return names[counts.argmax(axis=0)].astype(object)
-
-
 def _differ(values: np.ndarray, axis: int) -> np.ndarray:
-    """Whether neighbours along an axis differ."""
+    """Whether neighbours along an axis differ; something measured differs from nothing."""
     count = values.shape[axis]
     a, b = values.take(range(count - 1), axis), values.take(range(1, count), axis)
     if values.dtype == object:
@@ -63,7 +54,7 @@ def _differ(values: np.ndarray, axis: int) -> np.ndarray:
     finite = values[np.isfinite(values)]
     reach = SHARE * float(np.ptp(finite)) if len(finite) else 0.0
     with np.errstate(invalid="ignore"):
-        return np.abs(a - b) > reach
+        return (np.abs(a - b) > reach) | (np.isfinite(a) != np.isfinite(b))
 
 
 def _corners(values: np.ndarray, axes: Sequence[int], joined: np.ufunc) -> np.ndarray:

@@ -15,6 +15,7 @@ from warp_rods.studies.tasks import scene_of
 
 __all__ = ["counts", "status"]
 
+SETTLING = {0: "not settled", -1: "unknown if settled"}
 LATELY = 300.0
 """Seconds over which the throughput is measured."""
 
@@ -25,8 +26,8 @@ def counts(plan: Plan, store: Store) -> tuple[dict[str, int], int]:
     *_, (_level, mask) = levels(plan, store)
     wanted = states[mask]
     found = {STATES[code]: int((states == code).sum()) for code in (1, 2, 3)}
-    settled = store.whole("settled")
-    found["not settled"] = int(((settled == 0) & (states == 1)).sum())
+    settled = store.whole("settled")[states == 1]
+    found |= {words: int((settled == code).sum()) for code, words in SETTLING.items()}
     return {word: count for word, count in found.items() if count}, int((wanted == 0).sum())
 
 
@@ -41,7 +42,7 @@ def status(folder: str | Path) -> str:
     share = 100 * done / max(done + left, 1)
     lines = [f"{folder}: {done} of {done + left} points done ({share:.0f} %){': ' if said else ''}{said}"]
     if left:
-        lines.append(_pace(store, store.states(), left))
+        lines.append(_pace(plan, store, left))
     elif plan.levels:
         lines.append(
             f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come"
@@ -54,15 +55,21 @@ def _all_levels(plan: Plan, store: Store) -> bool:
     return level == plan.levels
 
 
-def _pace(store: Store, states: np.ndarray, left: int) -> str:
-    """Points a second of late, and the time that the others take at this pace."""
+def _pace(plan: Plan, store: Store, left: int) -> str:
+    """Points a second of late, and the time that the others take at this pace.
+
+    The points are those of the present level in chunks that were written after the first one of that time.
+    """
     times, now = store.times(), time.time()
     if not times:
         return "nothing is finished yet"
-    last, first = max(times.values()), min(times.values())
+    *before, (_level, mask) = levels(plan, store)
+    new = (store.states() > 0) & mask & ~(before[-1][1] if before else np.zeros_like(mask))
+    done = {chunk: int(new[store.region(chunk)].sum()) for chunk in times}
+    last = max(times.values())
+    since = max(min((at for chunk, at in times.items() if done[chunk]), default=last), now - LATELY)
+    late, span = sum(done[chunk] for chunk, at in times.items() if at > since), last - since
     ended = f"the last task ended {in_words(now - last)} ago"
-    late = sum(int((states[store.region(chunk)] > 0).sum()) for chunk, at in times.items() if at > now - LATELY)
-    span = last - max(first, now - LATELY)
-    if len(times) < 2 or span <= 0:
+    if not late or span <= 0:
         return ended
     return f"{ended}; {late / span:.3g} points/s of late, about {in_words(left * span / late)} left"

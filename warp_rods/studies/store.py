@@ -32,6 +32,7 @@ from warp_rods.simulation.zarr_format import (
     METADATA,
     text_chunk,
 )
+from warp_rods.studies.plan import Column
 
 __all__ = ["STORE", "Store"]
 
@@ -111,6 +112,18 @@ class Store:
     def scalars(self) -> list[str]:
         """Measures without further dimensions."""
         return [n for n in self.variables if n not in OWN and len(self._nodes[n]["shape"]) == len(self.shape)]
+
+    @cached_property
+    def columns(self) -> tuple[Column, ...]:
+        """The measures with their further dimensions and the labels of these."""
+        return tuple(self._column(name) for name in self.variables if name not in OWN)
+
+    def _column(self, name: str) -> Column:
+        node, points = self._nodes[name], len(self.shape)
+        dims = tuple(node["dimension_names"][points:])
+        labels = {dim: self._read(dim, (0,)).tolist() for dim in dims if dim in self._nodes}
+        text = node["data_type"] == "string"
+        return Column(name, dims, tuple(node["shape"][points:]), labels, text, node["attributes"])
 
     @cached_property
     def chunk(self) -> tuple[int, ...]:

@@ -7,21 +7,32 @@ last frame, and the mean over the rods of the point.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from warp_rods.analysis.averages import commonest
 from warp_rods.analysis.described import described
 from warp_rods.analysis.listing import MEMBRANE, Measure
 from warp_rods.analysis.motion_class import FEWEST, STRAIGHT
-from warp_rods.analysis.registry import MEASURES, named, take
+from warp_rods.analysis.registry import FAILED, MEASURES, named, take
 from warp_rods.analysis.settling import settling_time
 from warp_rods.analysis.shape import mode_coefficients
 
-__all__ = ["SETTLED", "SUMMARIES", "Summary", "settled", "summary_of"]
+__all__ = [
+    "FEWEST_IN_QUARTER",
+    "SETTLED",
+    "SUMMARIES",
+    "Summary",
+    "each_point",
+    "frames_in_quarters",
+    "of_all",
+    "settled",
+    "summary_of",
+]
 
 BLOCK = 64
 """Rods that are measured together, always as many: round-off of sums and products depends on the shape of arrays."""
@@ -29,6 +40,8 @@ CHANGE = 0.05
 """Largest change of the modes of a settled motion from the third to the last quarter of the run, over their size."""
 MOST = 0.9
 """Share of the rods of a point that must have settled."""
+FEWEST_IN_QUARTER = FEWEST // 2
+"""Frames of a quarter of the run with which it can be told."""
 SETTLED = (
     f"1 where the motion had settled: for {MOST:.0%} of the rods the root mean square of the beam modes changed by "
     f"less than {CHANGE:.0%} from the third to the last quarter of the run; filaments kept place in its last fifth"
@@ -49,11 +62,6 @@ def _late_rms(found: xr.DataArray) -> xr.DataArray:
 
 def _last(found: xr.DataArray) -> xr.DataArray:
     return found.isel(frame=-1).drop_vars("time", errors="ignore")
-
-
-def _commonest(words: np.ndarray) -> str:
-    names, counts = np.unique(words.astype(str), return_counts=True)
-    return str(names[np.argmax(counts)])
 
 
 def _midpoint_gauss(data: xr.Dataset) -> xr.DataArray:
@@ -93,7 +101,18 @@ class Summary:
         options = {key: (time[0] + time[-1]) / 2 if value == "late" else value for key, value in self.options.items()}
         options |= {"surface": surface} if self.measure.needs_membrane else {}
         found = take({name: self.measure}, data, [name], options)
-        return xr.Dataset({k: self.over_frames(v) if "frame" in v.dims else v for k, v in found.data_vars.items()})
+        last = xr.Dataset({k: self.over_frames(v) if "frame" in v.dims else v for k, v in found.data_vars.items()})
+        return last if "rod" in last.dims else _with_edges(last, data, name)
+
+
+def _with_edges(found: xr.Dataset, data: Any, name: str) -> xr.Dataset:
+    """A measure whose own coordinates beside labels, such as edges of bins, are variables: each point has its own."""
+    groups = data.children.values() if isinstance(data, xr.DataTree) else [data]
+    known = {*found.dims}.union(*(group.coords for group in groups))
+    own = [key for key, values in found.coords.items() if key not in known and values.dims]
+    return found.reset_coords(own).assign(
+        {key: found[key].reset_coords(drop=True).assign_attrs(measure=name) for key in own}
+    )
 
 
 _TIMES = {"settling_time", "relaxation_time"}
@@ -151,13 +170,19 @@ def _or_nothing(name: str, summary: Summary, data: Any, surface: Any) -> xr.Data
 
 
 def _stacked(found: list[xr.Dataset | None]) -> dict[str, xr.DataArray]:
-    """Values at points, NaN where there are none."""
+    """Values at points, NaN or "failed" where there are none; raises ValueError where their labels differ."""
     some = next((one for one in found if one is not None), None)
     if some is None:
         return {}
-    nothing = some.map(lambda values: xr.full_like(values, np.nan, dtype=float), keep_attrs=True)
-    whole = xr.concat([nothing if one is None else one for one in found], "point", combine_attrs="override")
+    nothing = some.map(_nothing_like, keep_attrs=True)
+    each = [nothing if one is None else one for one in found]
+    whole = xr.concat(each, "point", combine_attrs="override", join="exact")
     return {str(key): values.transpose("point", ...) for key, values in whole.data_vars.items()}
+
+
+def _nothing_like(values: xr.DataArray) -> xr.DataArray:
+    words = values.dtype.kind in "UO"
+    return xr.full_like(values, FAILED if words else np.nan, dtype=object if words else float)
 
 
 def _in_blocks(
@@ -180,11 +205,11 @@ def _over_rods(values: xr.DataArray, sound: np.ndarray, rods: int, points: int, 
     values = values.transpose("rod", ...)
     words = values.dtype.kind in "UO"
     shape, of_point = values.shape[1:], sound // (rods // points)
-    whole = np.full((points, *shape), "failed" if words else np.nan, dtype=object if words else float)
+    whole = np.full((points, *shape), FAILED if words else np.nan, dtype=object if words else float)
     given = values.to_numpy()
     for point in np.unique(of_point):
         mine = given[of_point == point]
-        whole[point] = _commonest(mine) if words else summary.over_rods(mine, axis=0)
+        whole[point] = commonest(mine) if words else summary.over_rods(mine, axis=0)
     return xr.DataArray(whole, dims=("point", *values.dims[1:]), coords=_without_rod(values), attrs=values.attrs)
 
 
@@ -196,8 +221,8 @@ def settled(data: xr.Dataset, points: int) -> np.ndarray:
     """Whether the motion of each point had settled [point]: 1 or 0, −1 where it cannot be told. See ``SETTLED``."""
     rods, time = data.sizes["rod"], data["time"].to_numpy()
     sound = np.flatnonzero(data["status"].isel(frame=-1).to_numpy() == 0)
-    late = [np.flatnonzero((time >= a) & (time <= b)) for a, b in _quarters(time)]
-    if not len(sound) or min(map(len, late)) < FEWEST // 2:
+    late = frames_in_quarters(time)
+    if not len(sound) or min(map(len, late)) < FEWEST_IN_QUARTER:
         return np.full(points, -1, dtype=np.int8)
     rule = _in_place if "gauss" in data else lambda part: _steady_modes(part, late)
     good = np.zeros(rods)
@@ -211,11 +236,17 @@ def settled(data: xr.Dataset, points: int) -> np.ndarray:
     return np.where(left == 0, -1, share >= MOST).astype(np.int8)
 
 
-def _quarters(time: np.ndarray) -> list[tuple[float, float]]:
-    """The third and the last quarter."""
+def of_all(told: Sequence[np.ndarray]) -> np.ndarray:
+    """``settled`` of all ensembles together [point]: 0 where one had not settled, else −1 where it cannot be told."""
+    each = np.array(told)
+    return np.where((each == 0).any(axis=0), 0, each.min(axis=0))
+
+
+def frames_in_quarters(time: np.ndarray) -> list[np.ndarray]:
+    """The frames of the third and of the last quarter of a run, by the times of all."""
     first, last = time[0], time[-1]
     at = [first + share * (last - first) for share in (0.5, 0.75, 1.0)]
-    return list(itertools.pairwise(at))
+    return [np.flatnonzero((time >= a) & (time <= b)) for a, b in itertools.pairwise(at)]
 
 
 def _in_place(data: xr.Dataset) -> np.ndarray:

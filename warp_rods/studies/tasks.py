@@ -151,4 +151,5 @@ def _opened(folder: str) -> tuple[Plan, Store, int]:
 @lru_cache(maxsize=2)
 def _read(folder: str, *_which: int) -> tuple[Plan, Store, int]:
     store = Store(Path(folder) / STORE)
-    return Plan(scene_of(store), store.dims), store, int(store.attributes["points_in_a_batch"])
+    plan = Plan(scene_of(store), store.dims, store.columns)
+    return plan, store, int(store.attributes["points_in_a_batch"])

@@ -1,0 +1,187 @@
+"""What is said and drawn of a study, from stores that are written by hand."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+from examples.study import CELL, cells
+
+from warp_rods.draw.diagrams import Marks
+from warp_rods.errors import SceneError
+from warp_rods.scene.scene import Scene
+from warp_rods.studies.check import check_study
+from warp_rods.studies.new_store import create
+from warp_rods.studies.plan import Column, Plan
+from warp_rods.studies.plot import figure_of, opened, plot_study, plotted
+from warp_rods.studies.refine import levels
+from warp_rods.studies.status import status
+from warp_rods.studies.store import OWN, STORE, Store
+from warp_rods.studies.summaries import of_all
+
+SPEED = Column("speed", attributes={"units": "length/time", "long_name": "speed", "ancillary_variables": "settled"})
+CLASS = Column("class", text=True, attributes={"units": "1", "long_name": "class"})
+RANGE = {"from": 1e-3, "to": 1e-2, "num": 9, "scale": "log"}
+
+
+def store_of(plan: Plan, folder, chunk=None, columns=(SPEED, CLASS)) -> Store:
+    """A study in a folder of which no point is computed."""
+    (folder / "scene.toml").write_text(plan.scene.to_toml())
+    own = [name for name in OWN if name != "trajectory"]
+    return create(folder / STORE, plan.axes, columns, chunk or plan.shape, own, {"scene": plan.scene.to_toml()}, {})
+
+
+def put(store: Store, mask: np.ndarray, **values) -> None:
+    """Write values, which are [key, …] or one for all, at the points of a mask."""
+    for chunk in store.chunks():
+        here = np.zeros_like(mask)
+        here[store.region(chunk)] = mask[store.region(chunk)]
+        points = [tuple(map(int, point)) for point in np.argwhere(here)]
+        at = tuple(np.array(points).T)
+        if points:
+            whole = {
+                name: np.broadcast_to(np.asarray(v), mask.shape)[at] for name, v in ({"state": 1} | values).items()
+            }
+            store.put(chunk, points, whole)
+
+
+# --- settling --------------------------------------------------------------------------------------------------------
+
+
+def test_whether_all_ensembles_have_settled():
+    """0 where one has not, else −1 where one cannot be told, else 1."""
+    one, other = np.array([1, 1, 1, 0, 0, -1]), np.array([1, 0, -1, 0, -1, -1])
+    assert of_all([one, other]).tolist() == [1, 0, -1, 0, 0, -1]
+
+
+def test_points_of_which_settling_is_not_known_are_counted_and_marked(tmp_path):
+    plan = Plan(cells({"swimmers.cell.bend": [1e-3, 2e-3, 3e-3, 4e-3], "swimmers.cell.moment": [0.0], "seeds": 2}))
+    store = store_of(plan, tmp_path)
+    settled = np.array([[1, 1], [1, 0], [-1, 1], [-1, 0]])[:, None]
+    put(store, plan.first(), settled=settled)
+    assert "8 of 8 points done (100 %): 2 not settled, 2 unknown if settled" in status(tmp_path)
+    data = xr.open_zarr(store.path).isel({"swimmers.cell.moment": 0}).load()
+    marks = Marks(data, assumes=True)
+    assert [marks.sound.tolist(), marks.open.tolist(), marks.untold.tolist()] == [
+        [True, False, False, False],
+        [False, True, False, True],
+        [False, False, True, False],
+    ]
+    assert Marks(data, assumes=False).sound.all()
+
+
+@pytest.mark.parametrize(
+    ("measure", "swept", "end", "warned"),
+    [
+        (["speed", "class"], {"swimmers.cell.bend": [1e-3]}, 0.5, True),
+        (["speed"], {"time.end": [1.0, 0.3, 2.0]}, 1.0, True),
+        (["speed"], {"swimmers.cell.bend": [1e-3]}, 1.2, False),
+    ],
+)
+def test_the_check_warns_of_too_few_frames(tmp_path, measure, swept, end, warned):
+    scene = Scene.parse({"swimmers": [CELL], "time": {"end": end, "save_every": 0.1},
+                         "sweep": {**swept, "measure": measure}})  # fmt: skip
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    said = check_study(tmp_path / "scene.toml")
+    assert ("give time.save_every = time.end/12 or less" in said) == warned and "a study of" in said
+    if warned:
+        assert f"warning: {', '.join(measure)} assume" in said
+
+
+# --- pace ------------------------------------------------------------------------------------------------------------
+
+
+def stamped(store: Store, ago: dict) -> None:
+    """Let chunks have been written so many seconds ago."""
+    for chunk, seconds in ago.items():
+        at = time.time() - seconds
+        os.utime(store.path / "state" / ".".join(["c", *map(str, chunk)]), (at, at))
+
+
+def test_the_pace_of_a_refinement_is_that_of_its_own_points(tmp_path):
+    """Two of its points in 90 s, in chunks that have many others."""
+    plan = Plan(cells({"swimmers.cell.bend": RANGE, "swimmers.cell.moment": [0.0], "seeds": 1, "refine": 1,
+                       "measure": ["speed"]}))  # fmt: skip
+    store = store_of(plan, tmp_path, (4, 1, 1), [SPEED])
+    put(store, plan.first(), speed=(np.arange(17) % 4 / 2.0)[:, None, None])  # all neighbours differ
+    *_, (level, mask) = levels(plan, store)
+    assert level == 1 and mask.all()
+    new = np.zeros_like(mask)
+    new[[1, 5, 9]] = True
+    put(store, new, speed=0.0)
+    stamped(store, {(0, 0, 0): 90.0, (1, 0, 0): 45.0, (2, 0, 0): 0.0, (3, 0, 0): 250.0, (4, 0, 0): 250.0})
+    assert "0.0222 points/s of late, about 3.8 min left" in status(tmp_path)
+
+
+def test_damaged_files_have_no_pace(tmp_path):
+    plan = Plan(cells({"swimmers.cell.bend": RANGE, "seeds": 1}))
+    store = store_of(plan, tmp_path, (3, 3, 1))
+    put(store, plan.first())
+    stamped(store, {(0, 0, 0): 60.0, (1, 0, 0): 30.0, (2, 0, 0): 0.0})
+    for chunk in store.chunks():
+        file = store.path / "state" / ".".join(["c", *map(str, chunk)])
+        stamp = file.stat().st_mtime
+        file.write_bytes(file.read_bytes()[:-1] + b"x")
+        os.utime(file, (stamp, stamp))
+    assert "0 of 27 points done" in status(tmp_path) and "points/s" not in status(tmp_path)
+
+
+# --- diagrams --------------------------------------------------------------------------------------------------------
+
+
+def panels_of(store: Store, name: str) -> list:
+    """The panels of a figure of a measure, without the axes of the colour bar."""
+    return [axes for axes in figure_of(opened(store.path.parent), name).axes if axes.get_label() != "<colorbar>"]
+
+
+def test_lists_that_are_not_in_order_are_drawn_in_order(tmp_path):
+    plan = Plan(cells({"swimmers.cell.bend": [3e-3, 1e-3, 2e-3], "swimmers.cell.moment": [2.0, 0.0, 1.0], "seeds": 1}))
+    store = store_of(plan, tmp_path)
+    i, j = np.indices((3, 3))
+    bend, moment = np.array([3, 1, 2])[i], np.array([2, 0, 1])[j]
+    put(store, plan.first(), speed=(bend + 10 * moment)[..., None])
+    (axes,) = panels_of(store, "speed")
+    (mesh,) = axes.collections
+    x, y = mesh.get_coordinates()[..., 0], mesh.get_coordinates()[..., 1]
+    np.testing.assert_allclose(x[0], [0.5e-3, 1.5e-3, 2.5e-3, 3.5e-3])
+    np.testing.assert_allclose(y[:, 0], [-0.5, 0.5, 1.5, 2.5])
+    np.testing.assert_allclose(mesh.get_array().reshape(3, 3), [[1, 2, 3], [11, 12, 13], [21, 22, 23]])
+
+
+def cubes(folder, sizes: tuple[int, int, int] = (4, 4, 3), refine: int = 0, **sweep) -> tuple[Plan, Store]:
+    """A study of three keys, the third with few values."""
+    keys = ("swimmers.cell.bend", "swimmers.cell.moment", "swimmers.cell.twist")
+    ranges = {key: {"from": 1e-3, "to": 1e-2, "num": n} for key, n in zip(keys, sizes, strict=True)}
+    plan = Plan(cells(ranges | {"seeds": 1, "refine": refine} | sweep))
+    return plan, store_of(plan, folder)
+
+
+def test_a_panel_without_values_does_not_change_the_colours_of_the_others(tmp_path):
+    plan, store = cubes(tmp_path)
+    speed = np.broadcast_to(np.array([np.nan, 2.0, 5.0])[:, None], (4, 4, 3, 1))
+    put(store, plan.first(), speed=speed, **{"class": np.where(np.isnan(speed), "", "U").astype(object)})
+    assert [axes.collections[0].get_clim() for axes in panels_of(store, "speed")] == [(2.0, 5.0)] * 3
+    assert len(panels_of(store, "class")) == 3
+
+
+def test_panels_are_of_first_points_and_those_left_out_are_told(tmp_path):
+    """Of 12 values 9 are drawn; values between them that a refinement added are none of these."""
+    plan, store = cubes(tmp_path, (13, 13, 12), refine=1)
+    put(store, plan.first() | (np.indices(plan.shape)[:3].sum(axis=0) == 1), speed=1.0, **{"class": "U"})
+    titles = [axes.get_title() for axes in panels_of(store, "speed")]
+    first = {f"twist = {value:.4g}" for value in plan.axes[2].values[::2]}
+    assert len(titles) == 9 and set(titles) <= first
+    said = []
+    plot_study(tmp_path, ["speed"], tmp_path / "out", tell=said.append)
+    assert said == ["panels for 9 of 12 values of swimmers.cell.twist; 3 are left out"]
+
+
+def test_what_is_not_drawn_is_told(tmp_path):
+    plan = Plan(cells({"seeds": 1}))
+    modes = Column("modes", ("component", "mode"), (2, 6), {}, attributes={"units": "1", "long_name": "modes"})
+    put(store_of(plan, tmp_path, columns=[modes]), plan.first())
+    why = "modes: is not drawn, as it has values over component, mode at each point: read them from study.zarr"
+    assert [line.partition(" with")[0] for line in plotted(tmp_path, [])] == [why]
+    with pytest.raises(SceneError, match=why):
+        plotted(tmp_path, ["modes"])

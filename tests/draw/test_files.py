@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
 
-from warp_rods import cli
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.selection import Selection
@@ -257,7 +256,7 @@ def test_sizes_are_foretold_and_nothing_half_written_is_left(run, shown, tmp_pat
     broken = content(run)
     broken.rods[-1].data = None
     with pytest.raises((TypeError, AttributeError)):
-        EXPORTERS[name].write(broken, tmp_path / "own")
+        EXPORTERS[name].write(broken, tmp_path / f"own{EXPORTERS[name].suffix}")
     assert list(tmp_path.iterdir()) == [made]
 
 
@@ -265,7 +264,7 @@ def test_sizes_are_foretold_and_nothing_half_written_is_left(run, shown, tmp_pat
 def test_a_package_that_is_missing_is_named_with_the_extra(run, tmp_path, name, package, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "h5py" if name == "vtkhdf" else "gsd.hoomd", None)
     with pytest.raises(WarpRodsError, match=rf"--{name} needs the package {package}.*pip install 'warp-rods\[files\]'"):
-        EXPORTERS[name].export(run, tmp_path / "out")
+        EXPORTERS[name].export(run, tmp_path / EXPORTERS[name].file_name)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -275,4 +274,3 @@ def test_chosen_ensembles_and_frames_are_written(run, tmp_path):
     chosen = Selection(("cell",), slice(1, None, 2), "speed")
     table = pd.read_csv(EXPORTERS["csv"].export(run, tmp_path / "own.csv", chosen))
     assert table.frame.unique().tolist() == [1, 3, 5] and set(table.ensemble) == {"cell"} and "speed" in table
-    assert cli.EXPORTERS is EXPORTERS

@@ -38,11 +38,9 @@ def export(
 def _path(file_name: str, run_dir: Path, out: Path | None, files: int) -> Path:
     if out is None:
         return run_dir / file_name
-    if files > 1:
-        if out.exists() and not out.is_dir():
-            raise SceneError(f"out = {str(out)!r}: must be a folder, as {files} files are to be written")
-        out.mkdir(parents=True, exist_ok=True)
-    return out / file_name if out.is_dir() else out
+    if files > 1 and out.exists() and not out.is_dir():
+        raise SceneError(f"out = {str(out)!r}: must be a folder, as {files} files are to be written")
+    return out / file_name if files > 1 or out.is_dir() else out
 
 
 def listing(run_dir: Path, selection: Selection, names: Sequence[str] = (), **options: Any) -> str:

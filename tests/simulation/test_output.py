@@ -91,6 +91,19 @@ def test_unknown_variables_are_named_with_the_nearest_ones(tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+def test_a_large_animation_is_made_in_parts(tmp_path, monkeypatch):
+    """USD holds a whole file in memory; what the run had before, when it was shorter, is not left beside it."""
+    run = wr.run(Scene.parse(TABLES), tmp_path / "run", device="cpu")
+    assert (run.folder / "animation.usdc").is_file()
+    monkeypatch.setattr(workflow, "WHOLE_ANIMATION", 1e5)
+    longer = {**TABLES, "time": {**TABLES["time"], "end": 0.06}}
+    run = wr.run(Scene.parse(longer), run.folder, device="cpu", resume=True)
+    made = run.folder / "animation_clips" / "animation.usdc"
+    assert made.is_file() and not (run.folder / "animation.usdc").exists()
+    said = next(line for line in run.messages if line.startswith("animation: "))
+    assert str(made) in said and "in parts, as it is above" in said
+
+
 def test_an_animation_that_fails_does_not_lose_the_run(tmp_path, monkeypatch, caplog):
     def broken(_folder):
         raise OSError("no space left")

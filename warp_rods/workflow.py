@@ -99,9 +99,7 @@ def export_usd(folder: Path) -> Path:
 
 
 def export(folder: Path, name: str) -> Path:
-    """Write a picture of a run by a row of ``EXPORTERS``, in the first colours that its trajectory has."""
-    from warp_rods.draw.content import first_colour
+    """Write a picture of a run by a row of ``EXPORTERS``."""
     from warp_rods.draw.exporters import EXPORTERS
-    from warp_rods.draw.selection import Selection
 
-    return EXPORTERS[name].export(folder, selection=Selection(colour=first_colour(folder)))
+    return EXPORTERS[name].export(folder)

@@ -79,7 +79,7 @@ def test_text_of_a_scene_cannot_become_code(tmp_path, shown, monkeypatch):
 
 def test_frames_are_left_out_to_bound_the_size(shown, tmp_path, caplog):
     whole = EXPORTERS["html"].estimate(shown)
-    fixed = EXPORTERS["html"].estimate(shown, limit=1e-9)
+    fixed = EXPORTERS["html"].estimate(shown, limit=1e-3)
     limit = (fixed + 0.55 * (whole - fixed)) / 1e6
     with caplog.at_level(logging.WARNING):
         made = EXPORTERS["html"].write(shown, tmp_path / "page.html", limit=limit)

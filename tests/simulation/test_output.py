@@ -8,6 +8,7 @@ import pytest
 import warp_rods as wr
 from warp_rods import workflow
 from warp_rods.analysis.summary import summary
+from warp_rods.draw.selection import Selection
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.check import check_run
@@ -39,7 +40,8 @@ def test_only_the_chosen_variables_are_saved(tmp_path):
     assert summary(run.data, run.order).row_count == 2
     assert "no damage" in check_run(run.folder)
     with pytest.raises(RunFolderError, match=r"no energy_density.*output\.variables"):
-        wr.export_usd(run.folder)
+        wr.export_usd(run.folder, selection=Selection(colour="energy_density"))
+    assert wr.export_usd(run.folder).is_file()  # in another colour
 
 
 def test_a_run_without_energies_has_a_summary(tmp_path):

@@ -10,6 +10,7 @@ A frame is given by its number among the chosen ones, from 0.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.reading import open_run
 
-__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content", "first_colour"]
+__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content"]
 
 _SLENDERNESS = 60
 """Length over radius of rods that are drawn without a steric core."""
@@ -37,16 +38,18 @@ SAMPLED_FRAMES = 100
 class Content:
     """What is drawn of a run.
 
-    title, scene, selection, attributes (of the run); colour: the row of ``COLOURS``; numbers: the chosen frames of the
-    trajectory, a range; times [frame]; frames: their count; rods: the chosen ensembles; membrane, container: surfaces
-    or None; box: sides [3] of the box, or None where there are none to draw; period [3], 0 where it is open.
+    title, scene, selection (with the name of a colour), attributes (of the run); colour: the row of ``COLOURS``;
+    numbers: the chosen frames of the trajectory, a range; times [frame]; frames: their count; rods: the chosen
+    ensembles; membrane, container: surfaces or None; box: sides [3] of the box, or None where there are none to draw;
+    period [3], 0 where it is open.
     """
 
     def __init__(self, run: xr.DataTree, selection: Selection) -> None:
-        self.selection, self.attributes = selection, dict(run.attrs)
+        self.attributes = dict(run.attrs)
         self.scene, self.title = Scene.parse(run.attrs["scene"]), str(run.attrs.get("title", ""))
-        self.colour: Colour = COLOURS[selection.colour]
         chosen = {name: run[name].to_dataset() for name in selection.names(list(run.children))}
+        self.selection = replace(selection, colour=_colour(selection.colour, chosen))
+        self.colour: Colour = COLOURS[self.selection.colour]
         every = next(iter(chosen.values()))
         self.numbers = selection.numbers(every.sizes["frame"])
         self.frames = len(self.numbers)
@@ -57,8 +60,6 @@ class Content:
             Rods(name, data, self.numbers, self.colour, _radius(self.scene, data), self.period)
             for name, data in chosen.items()
         ]
-        if not any(rods.coloured for rods in self.rods):
-            raise _no_colour(selection.colour, chosen)
         walls = self.scene.box.surface if self.scene.box else None
         self.membrane = Sheet(self.scene.surface, all_times, self.numbers) if self.scene.surface else None
         self.container = Sheet(walls, all_times, self.numbers) if walls else None
@@ -100,19 +101,13 @@ class Content:
 def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
     """What is drawn of the run in a folder.
 
-    Raises RunFolderError where there is no run, no complete frame, or no quantity for the colours; SceneError for
-    ensembles and frames that the run does not have.
+    Raises RunFolderError where there is no run, no complete frame, or not the quantity of the colour that is named;
+    SceneError for ensembles and frames that the run does not have.
     """
     run = open_run(run_dir)
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
     return Content(run, selection or Selection())
-
-
-def first_colour(run_dir: str | Path) -> str:
-    """The first colour of the table that the trajectory of a run has; position alone is enough for some."""
-    data = [child.to_dataset() for child in open_run(run_dir).children.values()]
-    return next(key for key, row in COLOURS.items() if any(row.is_in(one) for one in data))
 
 
 def bounds_of(shown: Content, frames: range | list[int]) -> np.ndarray:
@@ -142,10 +137,15 @@ def _radius(scene: Scene, data: xr.Dataset) -> float:
     return float(np.nanmean(lengths) / _SLENDERNESS)  # without failed rods
 
 
-def _no_colour(name: str, chosen: dict[str, xr.Dataset]) -> RunFolderError:
-    """The error where no chosen ensemble has the quantity of the colours."""
+def _colour(name: str, chosen: dict[str, xr.Dataset]) -> str:
+    """The name of a colour, by default of the first that any of these ensembles has; position is enough for some.
+
+    Raises RunFolderError where none has the one that is named.
+    """
     has = [key for key, row in COLOURS.items() if any(row.is_in(data) for data in chosen.values())]
-    return RunFolderError(
+    if not name or name in has:
+        return name or has[0]
+    raise RunFolderError(
         f"colour = {name!r}: the trajectory of {', '.join(chosen)} has no {', '.join(COLOURS[name].needs)}; its rods "
         f"can have the colours {', '.join(has)}; or run the scene with it among output.variables"
     )

@@ -16,7 +16,7 @@ from warp_rods.simulation.estimates import shown_bytes
 __all__ = ["export", "listing", "select"]
 
 
-def select(ensembles: str = "", frames: str = ":", colour: str = "energy_density", range: str = "run") -> Selection:
+def select(ensembles: str = "", frames: str = ":", colour: str = "", range: str = "run") -> Selection:
     """The selection in texts of the command line; raises SceneError naming the option that is wrong."""
     names = tuple(name.strip() for name in ensembles.split(",") if name.strip())
     return Selection(names, parse_frames(frames), colour, parse_span(range))

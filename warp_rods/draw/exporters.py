@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,19 +26,35 @@ __all__ = ["EXPORTERS", "OPTIONS", "Exporter", "Option", "need_ffmpeg"]
 
 @dataclass(frozen=True)
 class Option:
-    """An option of exporters: its type on the command line, its default, and what it is."""
+    """An option of exporters: its type on the command line, its default, what it is, and for numbers their bounds."""
 
     kind: type
     default: Any
     what: str
+    bounds: tuple[float, float] | None = None
+
+    def checked(self, name: str, value: Any) -> Any:
+        """The value; raises SceneError with what is allowed."""
+        from warp_rods.arguments import wrong
+
+        if self.bounds is None:
+            return value
+        low, high = self.bounds
+        whole = self.kind is int
+        number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
+        if not number or not low <= value <= high:
+            raise wrong(name, value, f"a {'whole ' * whole}number from {low:g} to {high:g}")
+        return value
 
 
 OPTIONS: dict[str, Option] = {
-    "fps": Option(float, 24.0, "frames of the trajectory shown in a second"),
-    "dpi": Option(int, 200, "dots per inch of pictures"),
+    "fps": Option(float, 24.0, "frames of the trajectory shown in a second", (0.01, 1000.0)),
+    "dpi": Option(int, 200, "dots per inch of pictures", (10, 1200)),
     "tubes": Option(bool, False, "rods as meshes, for viewers of USD that draw no curves"),
     "activity": Option(bool, False, "arrows of the flagellar activity in USD"),
-    "limit": Option(float, 25.0, "largest size of a page in MB; frames are left out evenly to stay below"),
+    "limit": Option(
+        float, 25.0, "largest size of a page in MB; frames are left out evenly to stay below", (0.001, 1000.0)
+    ),
     "optics": Option(str, "", "file that describes the microscope; each export writes the one it used"),
 }
 """By name; exporters name those that they take."""
@@ -100,7 +117,8 @@ class Exporter:
         return self.size(content, **self._taken(options))
 
     def _taken(self, options: dict[str, Any]) -> dict[str, Any]:
-        return {name: options.get(name, OPTIONS[name].default) for name in self.options}
+        """Its own options, each with a value; raises SceneError for one that is not allowed."""
+        return {name: OPTIONS[name].checked(name, options.get(name, OPTIONS[name].default)) for name in self.options}
 
 
 def need_ffmpeg() -> None:

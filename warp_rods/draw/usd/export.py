@@ -33,9 +33,10 @@ __all__ = ["Stage", "export_usd", "size", "write_usd", "write_usdz"]
 def export_usd(run_dir: str | Path, path: str | Path | None = None, selection: Selection | None = None) -> Path:
     """Write the animation of a run to ``path`` (default: animation.usdc in its folder); returns the path.
 
-    path: a file with the suffix .usdc, .usd or .usda, or a folder for animation.usdc. Colour is elastic energy density
-    unless the selection says otherwise. The file is written under a temporary name and then renamed. Raises
-    RunFolderError where there is no run, no complete frame, or the file cannot be written; SceneError for another path.
+    path: a file with the suffix .usdc, .usd or .usda, or a folder for animation.usdc. Colour is elastic energy density,
+    where the run has it, unless the selection says otherwise. The file is written under a temporary name and then
+    renamed. Raises RunFolderError where there is no run, no complete frame, or the file cannot be written; SceneError
+    for another path.
     """
     from warp_rods.draw.exporters import EXPORTERS
 

@@ -9,7 +9,7 @@ from examples.drawn import FRAMES, write_run
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.selection import Selection
-from warp_rods.errors import WarpRodsError
+from warp_rods.errors import SceneError, WarpRodsError
 from warp_rods.simulation.trajectory import STORE, SWIMMER_VARIABLES, GroupSpec, TrajectoryWriter
 
 TIMES = 0.1 * np.arange(FRAMES)
@@ -266,6 +266,15 @@ def test_a_package_that_is_missing_is_named_with_the_extra(run, tmp_path, name, 
     with pytest.raises(WarpRodsError, match=rf"--{name} needs the package {package}.*pip install 'warp-rods\[files\]'"):
         EXPORTERS[name].export(run, tmp_path / EXPORTERS[name].file_name)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [*FILES[1:], "microscope"])
+def test_frames_go_forward_in_files(run, tmp_path, name):
+    row = EXPORTERS[name]
+    with pytest.raises(SceneError, match="step of frames = -1: must be positive"):
+        row.export(run, tmp_path / row.file_name, Selection(frames=slice(None, None, -1)))
+    assert list(tmp_path.iterdir()) == []
+    assert row.export(run, tmp_path / row.file_name, Selection(frames=slice(3, 2, -1))).exists()  # one frame
 
 
 def test_chosen_ensembles_and_frames_are_written(run, tmp_path):

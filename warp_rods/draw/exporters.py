@@ -67,7 +67,7 @@ class Exporter:
     ``function(content, path, **options)`` writes to ``path``, a temporary name that is then changed. ``size(content,
     **options)``: about how many bytes that will be. stem: the usual name without the suffix. options: names of
     ``OPTIONS``. also: other suffixes that the file may have. holds: a regular expression for the paths of what is in a
-    folder: one that holds anything else is not replaced.
+    folder: one that holds anything else is not replaced. forward: whether times must increase from frame to frame.
     """
 
     what: str
@@ -78,6 +78,7 @@ class Exporter:
     options: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     holds: str = ""
+    forward: bool = False
 
     @property
     def file_name(self) -> str:
@@ -103,9 +104,12 @@ class Exporter:
 
         A file goes into a folder ``path`` under its usual name. Raises as ``export``.
         """
+        from warp_rods.arguments import wrong
         from warp_rods.draw.places import file_place, folder_place, placed
 
         taken = self._taken(options)
+        if self.forward and len(content.numbers) > 1 and content.numbers.step < 0:
+            raise wrong("step of frames", content.numbers.step, "positive: times increase in such a file")
         if self.suffix:
             path = file_place(path, self.file_name, (self.suffix, *self.also))
         with placed(path if self.suffix else folder_place(path, self.holds)) as temporary:
@@ -134,7 +138,8 @@ def _of(module: str, name: str) -> Callable[..., Any]:
 
 def _file(what: str, module: str, suffix: str, stem: str = "rods", holds: str = "") -> Exporter:
     """A row for a file of another program, whose module has ``write`` and ``size``."""
-    return Exporter(what, suffix, _of(f"files.{module}", "write"), _of(f"files.{module}", "size"), stem, holds=holds)
+    write, size = _of(f"files.{module}", "write"), _of(f"files.{module}", "size")
+    return Exporter(what, suffix, write, size, stem, holds=holds, forward=True)
 
 
 def _usd_size(content: Content, fps: float, tubes: bool, activity: bool) -> float:
@@ -190,7 +195,7 @@ EXPORTERS: dict[str, Exporter] = {
     "csv": _file("table of all nodes", "csv", ".csv"),
     "microscope": Exporter(
         "folder of fluorescence images with masks (OME-TIFF)", "", *_microscope, "microscope", ("optics",),
-        holds=r"(image|masks)\.ome\.tif|microscope\.toml",
+        holds=r"(image|masks)\.ome\.tif|microscope\.toml", forward=True,
     ),
 }  # fmt: skip
 """By the name of the option: ``usd`` is ``--usd``."""

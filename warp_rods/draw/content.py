@@ -27,12 +27,12 @@ from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.reading import open_run
 
-__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content"]
+__all__ = ["Content", "content"]
 
 _SLENDERNESS = 60
 """Length over radius of rods that are drawn without a steric core."""
-SAMPLED_FRAMES = 100
-"""Largest number of frames from which a range of values is estimated."""
+_SAMPLED = 100
+"""Largest number of frames from which a range of values, or a view, is estimated."""
 
 
 class Content:
@@ -83,7 +83,11 @@ class Content:
 
     @cached_property
     def _of_run(self) -> Scale:
-        return scale_of(self.colour, self._values(range(0, self.frames, -(-self.frames // SAMPLED_FRAMES))))
+        return scale_of(self.colour, self._values(self.sample()))
+
+    def sample(self, most: int = _SAMPLED) -> range:
+        """At most so many of the frames, evenly spaced from the first."""
+        return range(0, self.frames, -(-self.frames // most))
 
     def _values(self, frames: range | list[int]) -> np.ndarray:
         """All values of the colour at these frames."""
@@ -94,8 +98,19 @@ class Content:
 
         Rods with their thickness, membrane, container and box.
         """
-        sample = range(0, self.frames, -(-self.frames // SAMPLED_FRAMES)) if frames is None else frames
-        return bounds_of(self, sample)
+        frames, corners = self.sample() if frames is None else frames, []
+        for rods in self.rods:
+            for frame in frames:
+                points = rods.positions(frame).reshape(-1, 3)
+                corners += [points.min(axis=0) - rods.radius, points.max(axis=0) + rods.radius]
+        for sheet in (self.membrane, self.container):
+            if sheet is not None:
+                for frame in frames if sheet.moving else [0]:
+                    points = sheet.mesh(frame).points
+                    corners += [points.min(axis=0), points.max(axis=0)]
+        if self.box is not None:
+            corners += [-self.box / 2, self.box / 2]
+        return np.array([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
@@ -108,23 +123,6 @@ def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
     return Content(run, selection or Selection())
-
-
-def bounds_of(shown: Content, frames: range | list[int]) -> np.ndarray:
-    """Lower and upper corner [2, 3] of everything that is drawn at these frames."""
-    corners = []
-    for rods in shown.rods:
-        for frame in frames:
-            points = rods.positions(frame).reshape(-1, 3)
-            corners += [points.min(axis=0) - rods.radius, points.max(axis=0) + rods.radius]
-    for sheet in (shown.membrane, shown.container):
-        if sheet is not None:
-            for frame in frames if sheet.moving else [0]:
-                points = sheet.mesh(frame).points
-                corners += [points.min(axis=0), points.max(axis=0)]
-    if shown.box is not None:
-        corners += [-shown.box / 2, shown.box / 2]
-    return np.array([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def _radius(scene: Scene, data: xr.Dataset) -> float:

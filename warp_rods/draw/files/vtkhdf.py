@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods.draw.colours import at_frames
 from warp_rods.draw.files.hdf5 import new_file
 from warp_rods.draw.files.optional import needed
-from warp_rods.draw.files.saved import blocks
 from warp_rods.progress import with_progress
 
 if TYPE_CHECKING:
@@ -139,8 +139,8 @@ def _add_rods(data: PolyData, content: Content, rods: Rods) -> None:
         for frame in range(content.frames):
             data.add("PointData", content.selection.colour, rods.values(frame).reshape(1, -1))
     for name, where in with_progress(list(names.items()), f"VTKHDF: variables of {rods.name}"):
-        for part in blocks(rods, 3):
-            values = rods.data[name].isel(frame=list(part)).values
+        for part in rods.blocks():
+            values = at_frames(rods.data[name], part)
             inner = 3 if where == "node" else 2
             data.add("PointData" if where == "node" else "CellData", name,
                       values.reshape(len(part), -1, *values.shape[inner:]))  # fmt: skip

@@ -107,7 +107,7 @@ def _too_large(size: float, limit: float) -> SceneError:
 
 def _bytes(content: Content) -> tuple[float, float]:
     """Bytes that a page has anyhow, and of each frame: of a sample of frames, as packed."""
-    sample = range(0, content.frames, -(-content.frames // SAMPLED))
+    sample = content.sample(SAMPLED)
     packer = Packer()
     for frame in sample:
         scale = content.scale(frame)

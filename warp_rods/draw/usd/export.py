@@ -114,7 +114,7 @@ class Stage:
         draw_box(self.stage, self.shown, self._membrane)
         boxes = np.concatenate(self._boxes) if boxes is None else boxes
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-        view, every = view_of(self.shown), range(0, self.shown.frames, -(-self.shown.frames // 100))
+        view, every = view_of(self.shown), self.shown.sample()
         if not view.follows:
             fixed = fixed_corners(self.shown, low, high, every)
             rods = [] if _enclosed(low, high, fixed) else [_corners(np.stack([low, high]))]

@@ -1,6 +1,7 @@
 """The command line as a new user meets it: the first page, scenes, completion, plots, errors in colour."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from typer.testing import CliRunner
 
 import warp_rods as wr
 from warp_rods import cli, front_page
+from warp_rods.errors import RunFolderError
 from warp_rods.scene.shipped import shipped
 
 COMMAND = [sys.executable, "-m", "warp_rods"]
@@ -124,3 +126,10 @@ def test_errors_are_coloured_on_a_terminal_only(tmp_path, environment, coloured)
     assert said.startswith("\x1b[1;31merror:\x1b[0m NAME = " if coloured else "error: NAME = ")
     piped = subprocess.run(command, capture_output=True, text=True, env=kept, cwd=tmp_path, check=False)
     assert piped.returncode == 2 and "\x1b" not in piped.stderr and len(piped.stderr.splitlines()) == 1
+
+
+def test_an_out_of_plots_that_is_a_file_is_told(run, tmp_path):
+    (tmp_path / "afile").write_text("mine")
+    done = CliRunner().invoke(cli.app, ["plot", str(run), "energies", "--out", str(tmp_path / "afile")])
+    assert isinstance(done.exception, RunFolderError) and re.search("out = .*afile is a file", str(done.exception))
+    assert (tmp_path / "afile").read_text() == "mine"

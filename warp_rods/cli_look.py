@@ -66,12 +66,16 @@ def plot(
 
     Those of a run are written to DIR/plots. Of a study all measures are drawn, or those named, into its folder.
     """
+    from warp_rods.simulation.files import check_writable
+
     _start_warp()
     module = next((module for mark, module in PLOTTED.items() if (run_dir / mark).exists()), None)
     if module is None:
         raise RunFolderError(
             f"There is no run or study in {run_dir}: give the folder that `warp-rods run SCENE --out DIR` wrote"
         )
+    if out is not None:
+        check_writable(out, "out")
     chosen = [name for name in ensembles.split(",") if name]
     for said in import_module(module).plotted(run_dir, names or [], chosen, out, rod):
         print(said)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from warp_rods.draw.exporters import need_ffmpeg
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.tables import Output
+from warp_rods.simulation.estimates import WHOLE_ANIMATION, shown_bytes
 from warp_rods.simulation.files import default_folder
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
@@ -32,8 +33,9 @@ def run(
 ) -> Run:
     """Simulate a scene into the folder ``out`` (default ``runs/<scene name>``): trajectory, checkpoint, pictures.
 
-    Pictures are the animation (unless ``output.usd = false``), the poster (unless ``output.poster = false``) and a film
-    (with ``output.film = true``); one that cannot be made is a warning, as the run is complete.
+    Pictures are the animation (unless ``output.usd = false``; in parts where it is large), the poster (unless
+    ``output.poster = false``) and a film (with ``output.film = true``); one that cannot be made is a warning, as the
+    run is complete.
 
     device: "cpu", "cuda:0", … (default: CUDA where there is one). hooks: pairs of a cadence, ``every(steps=…)`` or
     ``every(time=…)``, and a function of the ``Simulation`` that is called then. console: where progress is shown
@@ -72,20 +74,32 @@ def _make(folder: Path, what: str, option: str, report: Report) -> None:
         text = f"the run is complete, but its {what} could not be made: {type(error).__name__}: {error}"
         report.warn(f"{text}; to try again: {command}")
         return
-    report.note(f"{what}: {path} ({path.stat().st_size / 1e6:.1f} MB)")
+    if path.is_dir():
+        size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
+        whole = shown_bytes(WHOLE_ANIMATION)
+        report.note(f"{what}: {path / 'animation.usdc'} ({size / 1e6:.1f} MB), in parts, as it is above {whole}")
+    else:
+        report.note(f"{what}: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
 
 def export_usd(folder: Path) -> Path:
-    """Write the animation of a run; what makes it is imported at the end of the run."""
-    from warp_rods.draw.usd.export import export_usd
+    """Write the animation of a run; what makes it is imported at the end of the run.
 
-    return export_usd(folder)
+    USD holds a file in memory until it is whole: a large one is made in parts, which replace that of a shorter run.
+    """
+    from warp_rods.draw.content import content
+    from warp_rods.draw.exporters import EXPORTERS
+
+    shown, whole = content(folder), folder / EXPORTERS["usd"].file_name
+    if EXPORTERS["usd"].estimate(shown) <= WHOLE_ANIMATION:
+        return EXPORTERS["usd"].write(shown, whole)
+    parts = EXPORTERS["clips"].write(shown, folder / EXPORTERS["clips"].file_name)
+    whole.unlink(missing_ok=True)
+    return parts
 
 
 def export(folder: Path, name: str) -> Path:
-    """Write a picture of a run by a row of ``EXPORTERS``, in the first colours that its trajectory has."""
-    from warp_rods.draw.content import first_colour
+    """Write a picture of a run by a row of ``EXPORTERS``."""
     from warp_rods.draw.exporters import EXPORTERS
-    from warp_rods.draw.selection import Selection
 
-    return EXPORTERS[name].export(folder, selection=Selection(colour=first_colour(folder)))
+    return EXPORTERS[name].export(folder)

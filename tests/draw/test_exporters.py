@@ -2,14 +2,16 @@
 
 import re
 
+import numpy as np
 import pytest
 import typer
-from examples.drawn import FRAMES, write_run
+from examples.drawn import FRAMES, SCENE, write_run
 from typer.testing import CliRunner
 
 from warp_rods import cli
 from warp_rods.draw.exporters import EXPORTERS, Exporter
 from warp_rods.errors import RunFolderError, SceneError
+from warp_rods.simulation.trajectory import STORE, SWIMMER_VARIABLES, GroupSpec, TrajectoryWriter
 
 
 def invoke(app: typer.Typer, *arguments) -> str:
@@ -87,9 +89,36 @@ def test_without_a_flag_it_says_what_there_is_and_what_could_be_made(tmp_path):
         (["--frames", "1:2:x"], "frames = '1:2:x': must be first:last:step"),
         (["--colour", "bend"], "colour = 'bend': must be one of energy_density, twist"),
         (["--range", "2,1"], "range = '2,1': must be"),
+        (["--range=-inf,inf"], "range = '-inf,inf': must be .* two increasing finite numbers"),
+        (["--fps", "-5"], r"fps = -5\.0: must be a number from 0\.01 to 1000"),
+        (["--gif", "--fps", "0"], r"fps = 0\.0: must be a number from 0\.01 to 1000"),
+        (["--mp4", "--fps", "nan"], "fps = nan: must be a number"),
+        (["--html", "--limit", "nan"], "limit = nan: must be a number from 0.001 to 1000"),
+        (["--png", "--dpi", "0"], "dpi = 0: must be a whole number from 10 to 1200"),
+        (["--png", "--dpi", "-10"], "dpi = -10: must be"),
+        (["--png", "--dpi", "1"], "dpi = 1: must be"),
     ],
 )
 def test_a_selection_that_does_not_fit_is_refused(tmp_path, options, message):
     write_run(tmp_path)
     done = CliRunner().invoke(cli.app, ["export", str(tmp_path), "--usd", *options])
+    made = sorted(path.name for path in tmp_path.iterdir() if path.name != "animation.usdc")
+    assert made == ["trajectory.zarr"]
     assert isinstance(done.exception, SceneError) and re.search(message, str(done.exception))
+
+
+def test_a_run_without_energies_is_listed_and_exported_in_a_colour_that_it_has(tmp_path):
+    """Only a colour that was named is missed."""
+    variables = {name: SWIMMER_VARIABLES[name] for name in ("position", "status")}
+    spec = GroupSpec(2, 17, variables)
+    writer = TrajectoryWriter.create(tmp_path / STORE, {"cell": spec}, {"scene": SCENE.format(extra="")})
+    for number in range(2):
+        saved = {name: np.zeros(spec.shape(v)) for name, v in variables.items()}
+        saved["position"][..., 0] = np.linspace(0, 1, 17) + 0.1 * number
+        writer.append(0.1 * number, {"cell": saved})
+    writer.close()
+    assert "colours: speed, heading, rod" in invoke(cli.app, "export", tmp_path)
+    invoke(cli.app, "export", tmp_path, "--csv")
+    assert (tmp_path / "rods.csv").read_text().splitlines()[0].endswith(",x,y,z,speed")
+    refused = CliRunner().invoke(cli.app, ["export", str(tmp_path), "--csv", "--colour", "energy_density"])
+    assert isinstance(refused.exception, RunFolderError) and "speed, heading, rod" in str(refused.exception)

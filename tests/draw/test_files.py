@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
 
-from warp_rods import cli
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.selection import Selection
-from warp_rods.errors import WarpRodsError
+from warp_rods.errors import SceneError, WarpRodsError
 from warp_rods.simulation.trajectory import STORE, SWIMMER_VARIABLES, GroupSpec, TrajectoryWriter
 
 TIMES = 0.1 * np.arange(FRAMES)
@@ -272,7 +271,7 @@ def test_sizes_are_foretold_and_nothing_half_written_is_left(run, shown, tmp_pat
     broken = content(run)
     broken.rods[-1].data = None
     with pytest.raises((TypeError, AttributeError)):
-        EXPORTERS[name].write(broken, tmp_path / "own")
+        EXPORTERS[name].write(broken, tmp_path / f"own{EXPORTERS[name].suffix}")
     assert list(tmp_path.iterdir()) == [made]
 
 
@@ -280,8 +279,17 @@ def test_sizes_are_foretold_and_nothing_half_written_is_left(run, shown, tmp_pat
 def test_a_package_that_is_missing_is_named_with_the_extra(run, tmp_path, name, package, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "h5py" if name == "vtkhdf" else "gsd.hoomd", None)
     with pytest.raises(WarpRodsError, match=rf"--{name} needs the package {package}.*pip install 'warp-rods\[files\]'"):
-        EXPORTERS[name].export(run, tmp_path / "out")
+        EXPORTERS[name].export(run, tmp_path / EXPORTERS[name].file_name)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [*FILES[1:], "microscope"])
+def test_frames_go_forward_in_files(run, tmp_path, name):
+    row = EXPORTERS[name]
+    with pytest.raises(SceneError, match="step of frames = -1: must be positive"):
+        row.export(run, tmp_path / row.file_name, Selection(frames=slice(None, None, -1)))
+    assert list(tmp_path.iterdir()) == []
+    assert row.export(run, tmp_path / row.file_name, Selection(frames=slice(3, 2, -1))).exists()  # one frame
 
 
 def test_chosen_ensembles_and_frames_are_written(run, tmp_path):
@@ -290,4 +298,3 @@ def test_chosen_ensembles_and_frames_are_written(run, tmp_path):
     chosen = Selection(("cell",), slice(1, None, 2), "speed")
     table = pd.read_csv(EXPORTERS["csv"].export(run, tmp_path / "own.csv", chosen))
     assert table.frame.unique().tolist() == [1, 3, 5] and set(table.ensemble) == {"cell"} and "speed" in table
-    assert cli.EXPORTERS is EXPORTERS

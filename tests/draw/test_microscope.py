@@ -1,13 +1,16 @@
 """Images as of a fluorescence microscope: what was put in is recovered from them."""
 
 import dataclasses
+import tracemalloc
 
 import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
+from scipy.special import ndtr
 
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
+from warp_rods.draw.microscope import light
 from warp_rods.draw.microscope.camera import MOST, counts
 from warp_rods.draw.microscope.light import Field, Sources, expected, sources
 from warp_rods.draw.microscope.masks import masks
@@ -133,6 +136,28 @@ def test_masks_are_the_pixels_of_each_rod():
     assert crossed[PLANE.rows // 2 + 1, 50] == 1 and crossed[PLANE.rows // 2 - 2, 50] == 2  # the nearer one
 
 
+@pytest.mark.parametrize("width", [0.06, 0.4])  # in pixels 3 and 20: sources together, and one by one
+def test_many_sources_take_bounded_memory_and_give_the_sum_of_each(width, monkeypatch):
+    """A stack of a source a pixel, as before in one part; also at and beyond the edges of the field."""
+    rng = np.random.default_rng(2)
+    lights = Sources(rng.uniform(-1.3, 1.3, (3000, 3)) * [1, 1, 0.05], rng.uniform(1, 2, 3000), np.arange(3000))
+    lines = np.concatenate([straight(0.8, angle, (0.0, 0.1 * angle, 0.0)) for angle in range(6)])
+    tracemalloc.start()
+    photons, labels = expected(lights, PLANE, width, 0.1)[0], masks(lines, width, PLANE)[0]
+    assert tracemalloc.get_traced_memory()[1] < 2e8
+    tracemalloc.stop()
+    along = np.arange(101) * PLANE.pixel - 1.0
+    across, down = (
+        np.diff(ndtr((along - sign * lights.points[:, axis, None]) / width), axis=1) for axis, sign in ((0, 1), (1, -1))
+    )
+    fading = np.exp(-0.5 * (lights.points[:, 2] / 0.1) ** 2)
+    exact = np.einsum("k,kr,kc->rc", lights.photons * fading, down, across)
+    np.testing.assert_allclose(photons, exact, atol=1e-5 * exact.max())
+    monkeypatch.setattr(light, "WIDE", 10**6)
+    monkeypatch.setattr(light, "AT_ONCE", 1e12)
+    np.testing.assert_array_equal(masks(lines, width, PLANE)[0], labels)
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
@@ -207,7 +232,7 @@ def test_the_same_settings_give_the_same_bytes(run, tmp_path):
         ),
         ("pixel", "this is not TOML"),
         (None, "cannot be read"),
-        ("pixel = 1e-5", "pixel = 1e-05: a stack would have .* voxels, and may have 2e"),
+        ("pixel = 1e-5", r"pixel = 1e-05: a plane would have .* pixels, which take about .*, and may take 2 GB"),
     ],
 )
 def test_wrong_settings_are_named(run, tmp_path, text, message):

@@ -1,11 +1,14 @@
 """Pictures: posters, stills and films of a small run, opened again; capsules against a closed form."""
 
 import logging
+import os
+import time
 
 import numpy as np
 import pytest
 from examples.drawn import FRAMES, write_run
 
+from warp_rods.draw import film
 from warp_rods.draw.clock import clock_of
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
@@ -16,7 +19,7 @@ from warp_rods.draw.poster import WIDTH
 from warp_rods.draw.scale import LACKING, Scale, scale_of
 from warp_rods.draw.selection import Selection, parse_frames, parse_span
 from warp_rods.draw.view import View, view_of
-from warp_rods.errors import SceneError, WarpRodsError
+from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +126,46 @@ def test_films_have_all_frames(run):
     assert np.abs(first - last).max() > 100 and first.mean() > 150
     with Image.open(EXPORTERS["gif"].export(run, selection=Selection(frames=slice(0, 3)))) as film:
         assert film.n_frames == 3 and film.info["duration"] == 40
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a script takes the place of ffmpeg")
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("cat > /dev/null; echo first >&2; echo 'no such encoder' >&2; exit 3", "code 3: no such encoder"),
+        ("echo gone >&2; exit 1", "code 1: gone"),  # the pipe is broken
+        ("cat > /dev/null; exit 7", "code 7: it said nothing"),
+    ],
+)
+def test_ffmpeg_that_fails_is_told_with_its_last_words(run, tmp_path, monkeypatch, script, said):
+    fake = tmp_path / "ffmpeg"
+    fake.write_text(f"#!/bin/sh\n{script}\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(fake))
+    with pytest.raises(RunFolderError, match=f"cannot be written: ffmpeg ended with {said}"):
+        EXPORTERS["mp4"].export(run, tmp_path / "film.mp4")
+    assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a script takes the place of ffmpeg")
+def test_ffmpeg_ends_with_an_export_that_is_stopped(run, tmp_path, monkeypatch):
+    fake = tmp_path / "ffmpeg"
+    fake.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/process\nexec sleep 600\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(fake))
+
+    def stopped(*_arguments):
+        while not (tmp_path / "process").exists() or not (tmp_path / "process").read_text().strip():
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(film, "pictures", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        EXPORTERS["mp4"].export(run, tmp_path / "film.mp4")
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "process").read_text()), 0)
+    assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob(".*"))
 
 
 def test_stills_have_the_resolution_that_was_asked_for(run):

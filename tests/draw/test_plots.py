@@ -1,5 +1,7 @@
 """Figures in the house style: sizes, bytes, and the geometry of tubes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,23 @@ def test_a_figure_is_saved_twice_to_the_same_bytes(tmp_path):
     assert [path.name for path in first] == ["fig4.3a.png", "fig4.3a.svg"]
     for one, other in zip(first, again, strict=True):
         assert one.read_bytes() == other.read_bytes()
+
+
+def test_a_plot_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeypatch):
+    before = [path.read_bytes() for path in drawn(tmp_path / "figure")]
+
+    def broken(self, target, **_options):
+        if isinstance(target, (str, Path)):
+            Path(target).write_bytes(b"half")
+        raise OSError("no space left")
+
+    from matplotlib.figure import Figure
+
+    monkeypatch.setattr(Figure, "savefig", broken)
+    with pytest.raises(OSError, match="no space left"):
+        drawn(tmp_path / "figure")
+    assert [(tmp_path / name).read_bytes() for name in ("figure.png", "figure.svg")] == before
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_figure_has_the_size_that_was_asked_for(tmp_path):

@@ -41,7 +41,7 @@ def rows(kind: str, count: int, nodes: int, steric: bool) -> Scene:
         placed = {"position": at, "direction": [[1.0, 0.0, 0.0]] * count}
         tables["filaments"] = [FILAMENTS | {"count": count, "nodes": nodes, "placement": placed}]
         tables["surface"] = PLANE
-    return scene(**tables)
+    return scene(**tables, output={"usd": False})
 
 
 # --- memory -----------------------------------------------------------------------------------------------------------
@@ -204,6 +204,17 @@ def test_a_box_of_any_size_has_a_grid_of_cells():
         scene(swimmers=[CELLS | {"placement": "random"}], box=box, steric=STERIC | {"range": 0.02}), "cpu"
     )
     assert simulation.rods == 2
+
+
+def test_an_animation_counts_up_to_the_size_above_which_it_is_made_in_parts():
+    def memory(usd: bool, frames: int) -> float:
+        time = {"end": 1.0, "save_every": 1.0 / frames}
+        return estimates.memory(scene(swimmers=[CELLS | {"count": 100}], time=time, output={"usd": usd}))
+
+    assert memory(False, 1000) == memory(False, 10)
+    nodes = 100 * CELLS["nodes"]
+    assert memory(True, 1000) - memory(False, 1000) == pytest.approx(50 * nodes * 1001, rel=1e-6)
+    assert memory(True, 10**5) - memory(False, 10**5) == pytest.approx(0.625e9)
 
 
 # --- disk -------------------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import pytest
 import warp_rods as wr
 from warp_rods import workflow
 from warp_rods.analysis.summary import summary
+from warp_rods.draw.selection import Selection
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.check import check_run
@@ -39,7 +40,8 @@ def test_only_the_chosen_variables_are_saved(tmp_path):
     assert summary(run.data, run.order).row_count == 2
     assert "no damage" in check_run(run.folder)
     with pytest.raises(RunFolderError, match=r"no energy_density.*output\.variables"):
-        wr.export_usd(run.folder)
+        wr.export_usd(run.folder, selection=Selection(colour="energy_density"))
+    assert wr.export_usd(run.folder).is_file()  # in another colour
 
 
 def test_a_run_without_energies_has_a_summary(tmp_path):
@@ -89,6 +91,19 @@ def test_unknown_variables_are_named_with_the_nearest_ones(tmp_path):
     assert 'output.variables[2] = "tensoin"' in said and "did you mean tension?" in said
     assert "the animation needs energy_density" in said
     assert not (tmp_path / "none").exists()
+
+
+def test_a_large_animation_is_made_in_parts(tmp_path, monkeypatch):
+    """USD holds a whole file in memory; what the run had before, when it was shorter, is not left beside it."""
+    run = wr.run(Scene.parse(TABLES), tmp_path / "run", device="cpu")
+    assert (run.folder / "animation.usdc").is_file()
+    monkeypatch.setattr(workflow, "WHOLE_ANIMATION", 1e5)
+    longer = {**TABLES, "time": {**TABLES["time"], "end": 0.06}}
+    run = wr.run(Scene.parse(longer), run.folder, device="cpu", resume=True)
+    made = run.folder / "animation_clips" / "animation.usdc"
+    assert made.is_file() and not (run.folder / "animation.usdc").exists()
+    said = next(line for line in run.messages if line.startswith("animation: "))
+    assert str(made) in said and "in parts, as it is above" in said
 
 
 def test_an_animation_that_fails_does_not_lose_the_run(tmp_path, monkeypatch, caplog):

@@ -10,6 +10,7 @@ A frame is given by its number among the chosen ones, from 0.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -28,30 +29,31 @@ from warp_rods.scene.scene import Scene
 from warp_rods.scene.units import dimension_of
 from warp_rods.simulation.reading import open_run
 
-__all__ = ["SAMPLED_FRAMES", "Content", "bounds_of", "content", "first_colour"]
+__all__ = ["Content", "content"]
 
 _SLENDERNESS = 60
 """Length over radius of rods that are drawn without a steric core."""
 ROUND_OFF = 1e-12
 """Numbers of order one that are smaller are none: of sums and differences, and of equations that were solved."""
-SAMPLED_FRAMES = 100
-"""Largest number of frames from which a range of values is estimated."""
+_SAMPLED = 100
+"""Largest number of frames from which a range of values, or a view, is estimated."""
 
 
 class Content:
     """What is drawn of a run.
 
-    title, scene, selection, attributes (of the run); colour: the row of ``COLOURS``; numbers: the chosen frames of the
-    trajectory, a range; times [frame]; frames: their count; all_times: of all frames of the trajectory; rods: the
-    chosen ensembles; membrane, container: surfaces or None; box: sides [3] of the box, or None where there are none to
-    draw; period [3], 0 where it is open.
+    title, scene, selection (with the name of a colour), attributes (of the run); colour: the row of ``COLOURS``;
+    numbers: the chosen frames of the trajectory, a range; times [frame]; frames: their count; all_times: of all frames
+    of the trajectory; rods: the chosen ensembles; membrane, container: surfaces or None; box: sides [3] of the box, or
+    None where there are none to draw; period [3], 0 where it is open.
     """
 
     def __init__(self, run: xr.DataTree, selection: Selection) -> None:
-        self.selection, self.attributes = selection, dict(run.attrs)
+        self.attributes = dict(run.attrs)
         self.scene, self.title = Scene.parse(run.attrs["scene"]), str(run.attrs.get("title", ""))
-        self.colour: Colour = COLOURS[selection.colour]
         chosen = {name: run[name].to_dataset() for name in selection.names(list(run.children))}
+        self.selection = replace(selection, colour=_colour(selection.colour, chosen))
+        self.colour: Colour = COLOURS[self.selection.colour]
         every = next(iter(chosen.values()))
         self.numbers = selection.numbers(every.sizes["frame"])
         self.frames = len(self.numbers)
@@ -62,8 +64,6 @@ class Content:
             Rods(name, data, self.numbers, self.colour, _radius(self.scene, data), self.period)
             for name, data in chosen.items()
         ]
-        if not any(rods.coloured for rods in self.rods):
-            raise _no_colour(selection.colour, chosen)
         walls = self.scene.box.surface if self.scene.box else None
         duration = float(self.all_times[-1] - self.all_times[0]) or self.spacing
         self._round_off = max(_round_off(self.colour, data, duration) for data in chosen.values())
@@ -114,8 +114,11 @@ class Content:
 
     @cached_property
     def _of_run(self) -> Scale:
-        sample = range(0, self.frames, -(-self.frames // SAMPLED_FRAMES))
-        return scale_of(self.colour, self._values(sample), self._round_off)
+        return scale_of(self.colour, self._values(self.sample()), self._round_off)
+
+    def sample(self, most: int = _SAMPLED) -> range:
+        """At most so many of the frames, evenly spaced from the first."""
+        return range(0, self.frames, -(-self.frames // most))
 
     def _values(self, frames: range | list[int]) -> np.ndarray:
         """All values of the colour at these frames."""
@@ -126,43 +129,31 @@ class Content:
 
         Rods with their thickness, membrane, container and box.
         """
-        sample = range(0, self.frames, -(-self.frames // SAMPLED_FRAMES)) if frames is None else frames
-        return bounds_of(self, sample)
+        frames, corners = self.sample() if frames is None else frames, []
+        for rods in self.rods:
+            for frame in frames:
+                points = rods.positions(frame).reshape(-1, 3)
+                corners += [points.min(axis=0) - rods.radius, points.max(axis=0) + rods.radius]
+        for sheet in (self.membrane, self.container):
+            if sheet is not None:
+                for frame in frames if sheet.moving else [0]:
+                    points = sheet.mesh(frame).points
+                    corners += [points.min(axis=0), points.max(axis=0)]
+        if self.box is not None:
+            corners += [-self.box / 2, self.box / 2]
+        return np.array([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
     """What is drawn of the run in a folder.
 
-    Raises RunFolderError where there is no run, no complete frame, or no quantity for the colours; SceneError for
-    ensembles and frames that the run does not have.
+    Raises RunFolderError where there is no run, no complete frame, or not the quantity of the colour that is named;
+    SceneError for ensembles and frames that the run does not have.
     """
     run = open_run(run_dir)
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
     return Content(run, selection or Selection())
-
-
-def first_colour(run_dir: str | Path) -> str:
-    """The first colour of the table that the trajectory of a run has; position alone is enough for some."""
-    data = [child.to_dataset() for child in open_run(run_dir).children.values()]
-    return next(key for key, row in COLOURS.items() if any(row.is_in(one) for one in data))
-
-
-def bounds_of(shown: Content, frames: range | list[int]) -> np.ndarray:
-    """Lower and upper corner [2, 3] of everything that is drawn at these frames."""
-    corners = []
-    for rods in shown.rods:
-        for frame in frames:
-            points = rods.positions(frame).reshape(-1, 3)
-            corners += [points.min(axis=0) - rods.radius, points.max(axis=0) + rods.radius]
-    for sheet in (shown.membrane, shown.container):
-        if sheet is not None:
-            for frame in frames if sheet.moving else [0]:
-                points = sheet.mesh(frame).points
-                corners += [points.min(axis=0), points.max(axis=0)]
-    if shown.box is not None:
-        corners += [-shown.box / 2, shown.box / 2]
-    return np.array([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def _radius(scene: Scene, data: xr.Dataset) -> float:
@@ -192,16 +183,21 @@ def _round_off(colour: Colour, data: xr.Dataset, duration: float) -> float:
     return one * (ROUND_OFF**2 if colour.quadratic else ROUND_OFF)
 
 
-def _no_colour(name: str, chosen: dict[str, xr.Dataset]) -> RunFolderError:
-    """The error where no chosen ensemble has the quantity of the colours."""
+def _colour(name: str, chosen: dict[str, xr.Dataset]) -> str:
+    """The name of a colour, by default of the first that any of these ensembles has; position is enough for some.
+
+    Raises RunFolderError where none has the one that is named.
+    """
     has = [key for key, row in COLOURS.items() if any(row.is_in(data) for data in chosen.values())]
-    needs, whose = COLOURS[name], f"colour = {name!r}: the trajectory of {', '.join(chosen)}"
-    if all(need in data for data in chosen.values() for need in needs.needs):
-        return RunFolderError(
-            f"{whose} has one frame, and {needs.label} needs {needs.frames}; its rods can have the colours "
+    if not name or name in has:
+        return name or has[0]
+    row, whose = COLOURS[name], f"colour = {name!r}: the trajectory of {', '.join(chosen)}"
+    if all(need in data for data in chosen.values() for need in row.needs):
+        raise RunFolderError(
+            f"{whose} has one frame, and {row.label} needs {row.frames}; its rods can have the colours "
             f"{', '.join(has)}; or run the scene with a smaller time.save_every"
         )
-    return RunFolderError(
-        f"{whose} has no {', '.join(needs.needs)}; its rods can have the colours {', '.join(has)}; or run the scene "
+    raise RunFolderError(
+        f"{whose} has no {', '.join(row.needs)}; its rods can have the colours {', '.join(has)}; or run the scene "
         "with it among output.variables"
     )

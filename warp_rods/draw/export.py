@@ -16,7 +16,7 @@ from warp_rods.simulation.estimates import shown_bytes
 __all__ = ["export", "listing", "select"]
 
 
-def select(ensembles: str = "", frames: str = ":", colour: str = "energy_density", range: str = "run") -> Selection:
+def select(ensembles: str = "", frames: str = ":", colour: str = "", range: str = "run") -> Selection:
     """The selection in texts of the command line; raises SceneError naming the option that is wrong."""
     names = tuple(name.strip() for name in ensembles.split(",") if name.strip())
     return Selection(names, parse_frames(frames), colour, parse_span(range))
@@ -38,11 +38,9 @@ def export(
 def _path(file_name: str, run_dir: Path, out: Path | None, files: int) -> Path:
     if out is None:
         return run_dir / file_name
-    if files > 1:
-        if out.exists() and not out.is_dir():
-            raise SceneError(f"out = {str(out)!r}: must be a folder, as {files} files are to be written")
-        out.mkdir(parents=True, exist_ok=True)
-    return out / file_name if out.is_dir() else out
+    if files > 1 and out.exists() and not out.is_dir():
+        raise SceneError(f"out = {str(out)!r}: must be a folder, as {files} files are to be written")
+    return out / file_name if files > 1 or out.is_dir() else out
 
 
 def listing(run_dir: Path, selection: Selection, names: Sequence[str] = (), **options: Any) -> str:

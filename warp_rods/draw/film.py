@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import subprocess
+import tempfile
+from collections.abc import Iterable
 from pathlib import Path
+from typing import IO
 
 from warp_rods.draw.content import Content
 from warp_rods.draw.exporters import need_ffmpeg
@@ -17,20 +22,46 @@ _QUALITY = 20
 
 
 def draw_mp4(shown: Content, path: Path, fps: float) -> None:
-    """Write a film of all frames in H.264; raises SceneError without ffmpeg."""
+    """Write a film of all frames in H.264; SceneError: there is no ffmpeg; OSError, with its last words: it failed."""
     need_ffmpeg()
-    from imageio_ffmpeg import write_frames
+    with tempfile.TemporaryFile() as words:  # a pipe that nobody reads could fill
+        failed = _filmed(
+            _command(path, fps), (canvas.picture.tobytes() for canvas in pictures(shown, *_MP4, "MP4")), words
+        )
+        words.seek(0)
+        said = [line.strip() for line in words.read().decode(errors="replace").splitlines() if line.strip()]
+    if failed:
+        raise OSError(f"ffmpeg ended with code {failed}: {said[-1] if said else 'it said nothing'}")
 
-    options = ["-crf", str(_QUALITY), "-movflags", "+faststart"]
-    film = write_frames(
-        str(path), _MP4, fps=fps, codec="libx264", macro_block_size=2, quality=None, output_params=options
-    )
-    film.send(None)
-    try:
-        for canvas in pictures(shown, *_MP4, "MP4"):
-            film.send(canvas.picture.tobytes())
-    finally:
-        film.close()
+
+def _filmed(command: list[str], frames: Iterable[bytes], words: IO[bytes]) -> int:
+    """Give pictures to ffmpeg, and return its exit code; it is killed where anything ends this."""
+    # Without restore_signals it hears of a file that becomes too large, instead of being killed by it.
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=words, restore_signals=False
+    ) as film:
+        assert film.stdin is not None
+        try:
+            with contextlib.suppress(BrokenPipeError):  # it has ended, and its code says how
+                for frame in frames:
+                    film.stdin.write(frame)
+                film.stdin.close()
+            return film.wait()
+        except BaseException:
+            film.kill()
+            with contextlib.suppress(OSError):
+                film.stdin.close()
+            raise
+
+
+def _command(path: Path, fps: float) -> list[str]:
+    """The command of ffmpeg that reads pictures from its standard input."""
+    from imageio_ffmpeg import get_ffmpeg_exe
+
+    pictures_in = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", "{}x{}".format(*_MP4), "-r", f"{fps:.9g}", "-i", "-"]
+    film_out = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", str(_QUALITY), "-movflags", "+faststart"]
+    quiet = ["-hide_banner", "-nostats", "-loglevel", "error"]
+    return [get_ffmpeg_exe(), "-y", *quiet, *pictures_in, *film_out, "-f", "mp4", f"file:{path}"]
 
 
 def draw_gif(shown: Content, path: Path, fps: float) -> None:

@@ -99,7 +99,7 @@ class Painter:
         """Ends [n, 2, 3] of the pieces of the paths of the middles until a frame, where the view follows the rods."""
         if not self.view.follows or sum(rods.count for rods in self.shown.rods) > _TRAIL_RODS:
             return np.empty((0, 2, 3))
-        sampled = range(0, self.shown.frames, -(-self.shown.frames // _TRAIL_FRAMES))
+        sampled = self.shown.sample(_TRAIL_FRAMES)
         if self._paths is None:
             middles = [[rods.positions(f)[:, rods.nodes // 2] for rods in self.shown.rods] for f in sampled]
             self._paths = np.array([np.concatenate(each) for each in middles])

@@ -10,11 +10,14 @@ Figures are Matplotlib figures made without pyplot: no window, no global list of
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warp_rods.draw.style import COLOUR_MAP, COLUMN, OKABE_ITO, PAGE, RESOLUTION, STYLE, style
 from warp_rods.draw.tubes import one_scale, scale_bar, tubes
+from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.leftovers import partial_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,12 +49,17 @@ def figure(width: float = COLUMN, height: float = 60.0) -> Figure:
 
 
 def save(figure: Figure, stem: str | Path) -> tuple[Path, Path]:
-    """Write ``stem``.png and ``stem``.svg, creating the folder; returns both paths. Equal figures give equal bytes."""
+    """Write ``stem``.png and ``stem``.svg, creating the folder; returns both paths. Equal figures give equal bytes.
+
+    Each is replaced as a whole. Raises OSError where that fails.
+    """
     stem = Path(stem)
     stem.parent.mkdir(parents=True, exist_ok=True)
     png, svg = stem.with_name(stem.name + ".png"), stem.with_name(stem.name + ".svg")
-    figure.savefig(png, dpi=RESOLUTION, metadata={"Software": None})
-    figure.savefig(svg, dpi=RESOLUTION, metadata={"Date": None})
+    for path, how in ((png, {"dpi": RESOLUTION, "metadata": {"Software": None}}), (svg, {"metadata": {"Date": None}})):
+        drawn = io.BytesIO()
+        figure.savefig(drawn, format=path.suffix[1:], **how)
+        replace_file(path, drawn.getbuffer(), partial_of(path))
     return png, svg
 
 

@@ -63,6 +63,11 @@ class Rods:
         """Another variable of the trajectory at a chosen frame, as saved."""
         return self._in_block(name, frame, lambda frames: at_frames(self.data[name], frames))
 
+    def blocks(self) -> Iterator[range]:
+        """The chosen frames, as numbers in the trajectory, in parts of a limited size: a read costs milliseconds."""
+        for first in range(0, len(self.frames), self._block):
+            yield self.frames[first : first + self._block]
+
     def _in_block(self, name: str, frame: int, read: Callable[[range], np.ndarray]) -> np.ndarray:
         """One frame of the block that was read last, or of that of this frame, which is then read."""
         first = frame - frame % self._block

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -14,28 +15,29 @@ __all__ = ["Selection", "Span", "parse_frames", "parse_span"]
 
 Span = Literal["run", "frame"] | tuple[float, float]
 _FRAMES = 'first:last:step as in Python, such as "0:100:5", "-1" (the last) or ":" (all)'
-_SPAN = '"run", "frame" or two increasing numbers "LOW,HIGH"'
+_SPAN = '"run", "frame" or two increasing finite numbers "LOW,HIGH"'
 
 
 @dataclass(frozen=True)
 class Selection:
     """A part of a run, and how its rods are coloured.
 
-    ensembles: their names, none for all. frames: a slice of the frames of the trajectory. colour: a row of ``COLOURS``.
-    span: both ends of the colours are taken from all chosen frames ("run"), anew from each ("frame"), or given.
-    Raises SceneError for an unknown colour and a wrong span.
+    ensembles: their names, none for all. frames: a slice of the frames of the trajectory. colour: a row of ``COLOURS``,
+    or empty for the first of which the run has what it needs. span: both ends of the colours are taken from all chosen
+    frames ("run"), anew from each ("frame"), or given. Raises SceneError for an unknown colour and a wrong span.
     """
 
     ensembles: tuple[str, ...] = ()
     frames: slice = field(default_factory=lambda: slice(None))
-    colour: str = "energy_density"
+    colour: str = ""
     span: Span = "run"
 
     def __post_init__(self) -> None:
-        named(COLOURS, "colour", self.colour)
+        if self.colour != "":
+            named(COLOURS, "colour", self.colour)
         if self.span in ("run", "frame"):
             return
-        if isinstance(self.span, str) or len(self.span) != 2 or not self.span[0] < self.span[1]:
+        if isinstance(self.span, str) or not _increases(self.span):
             raise wrong("range", self.span, _SPAN)
 
     def names(self, known: Sequence[str]) -> list[str]:
@@ -78,6 +80,11 @@ def parse_span(text: str) -> Span:
         low, high = (float(part) for part in text.split(","))
     except ValueError:
         raise wrong("range", text, _SPAN) from None
-    if not low < high:
+    if not _increases((low, high)):
         raise wrong("range", text, _SPAN)
     return low, high
+
+
+def _increases(span: Sequence[float]) -> bool:
+    """Whether these are two finite numbers, the second one larger."""
+    return len(span) == 2 and all(map(math.isfinite, span)) and span[0] < span[1]

@@ -47,7 +47,7 @@ class View:
 
 def view_of(shown: Content, frames: range | list[int] | None = None) -> View:
     """The view of what is shown at these frames (default: at a sample of all)."""
-    frames = range(0, shown.frames, -(-shown.frames // 100)) if frames is None else frames
+    frames = shown.sample() if frames is None else frames
     every = [_points(shown, frame) for frame in frames]
     radius = max(rods.radius for rods in shown.rods)
     axes = looking_along(_towards_viewer(shown, every, radius))

@@ -48,6 +48,8 @@ PLACES, BYTES_OF_A_PAIR = 32, 8
 """Neighbours of a node for which there is always room, and bytes of each one more."""
 OUTPUT_OF_A_NODE = 40
 """Bytes of a node in a frame of the animation; about."""
+WHOLE_ANIMATION, MEMORY_OF_ANIMATION = 0.5e9, 1.25
+"""Bytes above which an animation is made in parts, and bytes of memory for each byte of one that is made as a whole."""
 HALF = 0.5
 """The part of the free space above which a run warns."""
 
@@ -112,7 +114,12 @@ def nodes_at_end(table: Any) -> int:
 
 def memory(scene: Scene) -> float:
     """Bytes of memory that a run on the CPU needs, membranes from files left out."""
-    return PROCESS + sum(need.table.count * need.rod for need in needs(scene))
+    return PROCESS + sum(need.table.count * need.rod for need in needs(scene)) + memory_of_animation(scene)
+
+
+def memory_of_animation(scene: Scene) -> float:
+    """Bytes of memory that the animation at the end of a run takes besides, at most; a part takes less than a whole."""
+    return MEMORY_OF_ANIMATION * min(animation_bytes(scene), WHOLE_ANIMATION)
 
 
 def check_memory(scene: Scene, device: Any = None) -> None:
@@ -120,7 +127,7 @@ def check_memory(scene: Scene, device: Any = None) -> None:
 
     device: where the rods will be; the memory of a CUDA device is checked besides that of the machine.
     """
-    _check(list(needs(scene)), "rod", PROCESS, memory_of_machine(), "this machine")
+    _check(list(needs(scene)), "rod", PROCESS + memory_of_animation(scene), memory_of_machine(), "this machine")
     if device is None:
         return
     from warp_rods.device import device as device_of  # imports Warp
@@ -184,12 +191,18 @@ def trajectory_bytes(scene: Scene) -> float:
 
 def disk_bytes(scene: Scene) -> float:
     """Bytes on disk of a run: trajectory, checkpoint and animation."""
-    found = trajectory_bytes(scene)
+    found = trajectory_bytes(scene) + animation_bytes(scene)
     for need in needs(scene):
-        nodes = need.table.count * need.nodes
-        found += nodes * FOOTPRINTS[need.key.partition("[")[0]].host
-        found += nodes * OUTPUT_OF_A_NODE * frames_of(scene) if scene.output is None or scene.output.usd else 0
+        found += need.table.count * need.nodes * FOOTPRINTS[need.key.partition("[")[0]].host
     return found
+
+
+def animation_bytes(scene: Scene) -> float:
+    """Bytes of the animation, about; 0 where none is made."""
+    if scene.output is not None and not scene.output.usd:
+        return 0.0
+    nodes = sum(need.table.count * need.nodes for need in needs(scene))
+    return float(nodes * OUTPUT_OF_A_NODE * frames_of(scene))
 
 
 def check_disk(scene: Scene, folder: Path, there: float = 0.0) -> list[str]:

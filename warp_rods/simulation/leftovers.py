@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import platform
+import re
 import shutil
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
 from warp_rods.simulation.store import STORE
 
-__all__ = ["clear_leftovers", "is_being_made", "new_store", "old_store", "remove_partial"]
+__all__ = ["aside_of", "clear_leftovers", "is_being_made", "new_store", "old_store", "partial_of", "remove_partial"]
+
+_LEFT_AFTER = 86400.0
+"""Seconds without a change after which a temporary file counts as left, where its process cannot be asked after."""
 
 
 def new_store(store: Path) -> Path:
@@ -39,9 +47,57 @@ def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
             shutil.rmtree(store)
 
 
+def partial_of(file: Path) -> Path:
+    """The temporary name under which this process makes a file or a folder; it ends with the suffix of its format."""
+    return file.with_name(f"{_own(file)}.partial{file.suffix.lower()}")
+
+
+def aside_of(folder: Path) -> Path:
+    """The name of a folder while this process replaces it."""
+    return folder.with_name(f"{_own(folder)}.old")
+
+
+def _own(file: Path) -> str:
+    return f".{file.name}.{_host()}-{os.getpid()}"
+
+
+def _host() -> str:
+    """The name of this machine in letters, digits and hyphens: folders may be shared with others."""
+    return re.sub(r"[^A-Za-z0-9]", "-", platform.node()) or "here"
+
+
 def remove_partial(file: Path) -> None:
-    """Remove the temporary files of a file: ours, and what a writer of USD has made beside ours."""
-    for found in file.parent.iterdir() if file.parent.is_dir() else ():
-        ours = found.name == f".{file.name}.partial" or found.name.startswith(f".{file.stem}.partial.")
-        if ours and found.is_file():
+    """Remove what this process, and processes that have ended, have left of a file or a folder under temporary names.
+
+    Writers of USD leave files of their own beside ours, with our names and another suffix. A folder that was set aside
+    returns where the new one did not come.
+    """
+    names = re.compile(rf"\.{re.escape(file.name)}\.([A-Za-z0-9-]+)-(\d+)\.(partial|old)(\..+)?")
+    for found in list(file.parent.iterdir()) if file.parent.is_dir() else ():
+        name = names.fullmatch(found.name)
+        if found.name == f".{file.name}.partial" and found.is_file():
             found.unlink(missing_ok=True)
+        elif name and _is_left(found, name[1], int(name[2])):
+            if name[3] == "old" and not file.exists():
+                found.rename(file)
+            elif found.is_dir() and not found.is_symlink():
+                shutil.rmtree(found, ignore_errors=True)
+            else:
+                found.unlink(missing_ok=True)
+
+
+def _is_left(found: Path, host: str, process: int) -> bool:
+    """Whether nobody works on a temporary file: its process is this one, or has ended."""
+    if host == _host() and process == os.getpid():
+        return True
+    if host == _host() and os.name == "posix":
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return True
+        except OSError:  # it is of another user
+            return False
+        return False
+    with contextlib.suppress(OSError):
+        return time.time() - found.stat().st_mtime > _LEFT_AFTER
+    return False

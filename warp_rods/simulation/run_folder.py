@@ -33,6 +33,8 @@ FRAMES_EVERY = 0.25
 """Seconds for which frames wait in memory at most, as writing them takes 10 ms whether they are one or many."""
 MOST_HELD = 32e6
 """Bytes of frames that wait at most."""
+OWN = (SCENE, CHECKPOINT, *NAMES.values(), STORE, UNDER_WAY)
+"""The data of a run, which nothing may replace."""
 PARTS = (SCENE, CHECKPOINT, *MADE, *NAMES.values(), STORE)
 """All that a run may leave."""
 

@@ -10,17 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from warp_rods.draw.rods import Rods
 
-__all__ = ["blocks", "saved_positions"]
-
-_READ_AT_ONCE = 16e6
-"""Bytes."""
-
-
-def blocks(rods: Rods, numbers_of_a_node: int) -> Iterator[range]:
-    """The chosen frames of the trajectory in parts of a limited size: a read of Zarr costs milliseconds."""
-    step = max(1, int(_READ_AT_ONCE / (8 * numbers_of_a_node * rods.count * rods.nodes)))
-    for start in range(0, len(rods.frames), step):
-        yield rods.frames[start : start + step]
+__all__ = ["saved_positions"]
 
 
 def saved_positions(rods: Rods) -> Iterator[np.ndarray]:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warp_rods.draw.colours import at_frames
+from warp_rods.draw.files.hdf5 import new_file
 from warp_rods.draw.files.optional import needed
-from warp_rods.draw.files.saved import blocks
 from warp_rods.progress import with_progress
 
 if TYPE_CHECKING:
@@ -36,11 +37,11 @@ LEFT_OUT = ("position", "orientation")
 
 def write(content: Content, path: Path) -> None:
     """Write what is shown, with all variables of its rods, into the folder ``path``; single precision."""
-    h5py = needed("h5py", "--vtkhdf")
+    needed("h5py", "--vtkhdf")
     path.mkdir()
     for name, fill in _parts(content).items():
-        with h5py.File(path / f"{name}.vtkhdf", "w") as file:
-            fill(PolyData(file.create_group("VTKHDF"), content.times))
+        with new_file(path / f"{name}.vtkhdf", "--vtkhdf") as (file, below):
+            fill(PolyData(file.create_group("VTKHDF"), content.times, below.check))
 
 
 def size(content: Content) -> float:
@@ -57,11 +58,11 @@ def size(content: Content) -> float:
 class PolyData:
     """PolyData over time in a group of a file: cells that stay, points and arrays that are added step by step.
 
-    moving: whether every step has values of its own.
+    moving: whether every step has values of its own. check: called for each array that is added; may raise.
     """
 
-    def __init__(self, group: Any, times: np.ndarray) -> None:
-        self._group, self._steps, self.moving = group, len(times), True
+    def __init__(self, group: Any, times: np.ndarray, check: Callable[[], None]) -> None:
+        self._group, self._steps, self.moving, self._check = group, len(times), True, check
         group.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         group.attrs.create("Type", np.bytes_("PolyData"))  # ASCII of fixed length
         self._at: dict[str, int] = {}
@@ -89,6 +90,7 @@ class PolyData:
 
         where: "Points", "PointData" or "CellData"; the name of points is their own.
         """
+        self._check()
         path = name if where == "Points" else f"{where}/{name}"
         stacked = values.reshape(-1, *values.shape[2:]).astype(np.float32)
         if path not in self._at:
@@ -137,8 +139,8 @@ def _add_rods(data: PolyData, content: Content, rods: Rods) -> None:
         for frame in range(content.frames):
             data.add("PointData", content.selection.colour, rods.values(frame).reshape(1, -1))
     for name, where in with_progress(list(names.items()), f"VTKHDF: variables of {rods.name}"):
-        for part in blocks(rods, 3):
-            values = rods.data[name].isel(frame=list(part)).values
+        for part in rods.blocks():
+            values = at_frames(rods.data[name], part)
             inner = 3 if where == "node" else 2
             data.add("PointData" if where == "node" else "CellData", name,
                       values.reshape(len(part), -1, *values.shape[inner:]))  # fmt: skip

@@ -15,11 +15,12 @@ import numpy as np
 
 from warp_rods.draw.files.optional import needed
 from warp_rods.draw.microscope.camera import MOST, counts
-from warp_rods.draw.microscope.light import Field, expected, sources
-from warp_rods.draw.microscope.masks import masks
+from warp_rods.draw.microscope.light import Field, expected_in_plane, sources
+from warp_rods.draw.microscope.masks import mask_planes
 from warp_rods.draw.microscope.settings import Complete, microscope
 from warp_rods.errors import SceneError
 from warp_rods.progress import with_progress
+from warp_rods.simulation.estimates import shown_bytes
 
 if TYPE_CHECKING:
     from warp_rods.draw.content import Content
@@ -30,12 +31,12 @@ MARGIN = 4.0
 """Widths of the point spread function around the rods."""
 SAMPLED = 2.0
 """Sources in a width: their sum differs from the integral along a long rod by exp(−2π² · 4), at its ends by 0.3 %."""
-LARGEST = 2e8
-"""Voxels of a stack."""
+LARGEST, OF_A_PIXEL = 2e9, 64.0
+"""Bytes of memory of a plane, at most, and of each of its pixels; stacks are made and written plane by plane."""
 
 
 def write(content: Content, path: Path, optics: str) -> None:
-    """Write the folder. Raises SceneError for wrong settings, and where a stack would be too large for memory."""
+    """Write the folder. Raises SceneError for wrong settings, and where a plane would be too large for memory."""
     tifffile = needed("tifffile", "--microscope", "images")
     settings = microscope(content, optics)
     field = field_of(content, settings)
@@ -68,16 +69,18 @@ def field_of(content: Content, settings: Complete) -> Field:
             places = rods.positions(frame)[..., :2]
             low, high = np.minimum(low, places.min(axis=(0, 1))), np.maximum(high, places.max(axis=(0, 1)))
     low, high = low - MARGIN * settings.width, high + MARGIN * settings.width
-    columns, rows = np.ceil((high - low) / settings.pixel).astype(int)
+    columns, rows = np.minimum(np.ceil((high - low) / settings.pixel), 1e15).astype(int)
     heights = settings.focus + settings.spacing * (np.arange(settings.planes) - (settings.planes - 1) / 2)
     return Field(float(low[0]), float(high[1]), settings.pixel, int(rows), int(columns), heights)
 
 
 def _check(field: Field, settings: Complete) -> None:
-    if np.prod(field.shape, dtype=float) > LARGEST:
+    bytes_of_plane = OF_A_PIXEL * float(field.columns) * float(field.rows)
+    if bytes_of_plane > LARGEST:
         raise SceneError(
-            f"pixel = {settings.pixel:g}: a stack would have {field.columns} × {field.rows} × {settings.planes} "
-            f"voxels, and may have {LARGEST:.0e}: give a larger pixel or fewer planes in --optics"
+            f"pixel = {settings.pixel:g}: a plane would have {field.columns} × {field.rows} pixels, which take about "
+            f"{shown_bytes(bytes_of_plane)} of memory, and may take {shown_bytes(LARGEST)}: give a larger pixel in "
+            "--optics"
         )
 
 
@@ -88,10 +91,11 @@ def _images(content: Content, settings: Complete, field: Field) -> Iterator[np.n
         for channel, rods in enumerate(content.rods):
             places = rods.without_lost(rods.positions(frame), frame)
             lights = sources(places, settings.photons, settings.width / SAMPLED)
-            photons = expected(lights, field, settings.width, settings.depth)
-            stack = counts(photons, settings, (content.numbers[frame], channel))
-            saturated += int((stack == MOST).sum())
-            yield from stack
+            for plane, height in enumerate(field.heights):
+                photons = expected_in_plane(lights, field, height, settings.width, settings.depth)
+                seen = counts(photons, settings, (content.numbers[frame], channel, plane))
+                saturated += int((seen == MOST).sum())
+                yield seen
     if saturated:
         logging.getLogger(__name__).warning(f"{saturated} voxels are saturated: lower photons or gain in --optics")
 
@@ -100,7 +104,7 @@ def _masks(content: Content, field: Field) -> Iterator[np.ndarray]:
     """Pages [row, column] of labels, in the same order."""
     for frame in with_progress(range(content.frames), "masks"):
         for rods in content.rods:
-            yield from masks(rods.without_lost(rods.positions(frame), frame), rods.radius, field)
+            yield from mask_planes(rods.without_lost(rods.positions(frame), frame), rods.radius, field)
 
 
 def _metadata(content: Content, settings: Complete, field: Field) -> dict[str, Any]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Field", "Sources", "expected", "sources"]
+__all__ = ["WIDE", "Field", "Sources", "at_once", "expected", "expected_in_plane", "sources"]
 
 REACH = 5.0
 """Widths of the point spread function beyond which a source is not seen: 6e-7 of its light are lost."""
-AT_ONCE = 20_000
-"""Sources that are added at once."""
+AT_ONCE, WIDE = 2e6, 64
+"""Pixels that are added at once, those of many sources; pixels across one source above which it is added alone."""
 
 
 @dataclass(frozen=True)
@@ -66,25 +67,55 @@ def expected(lights: Sources, field: Field, width: float, depth: float) -> np.nd
     width, depth: its lateral and axial standard deviation. A source at the height of a plane gives it all of its
     photons, one that is Δz off exp(−Δz²/(2 depth²)) of them.
     """
-    stack = np.zeros((len(field.heights), field.rows * field.columns))
-    for start in range(0, len(lights.points), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
+    return np.array([expected_in_plane(lights, field, height, width, depth) for height in field.heights])
+
+
+def expected_in_plane(lights: Sources, field: Field, height: float, width: float, depth: float) -> np.ndarray:
+    """Photons [row, column] that pixels of the plane at this height expect."""
+    plane = np.zeros((field.rows, field.columns))
+    photons = lights.photons * np.exp(-0.5 * ((lights.points[:, 2] - height) / depth) ** 2)
+    for part in at_once(len(photons), _window(width / field.pixel)):
         columns, across = _shares((lights.points[part, 0] - field.left) / field.pixel, width / field.pixel)
         rows, down = _shares((field.top - lights.points[part, 1]) / field.pixel, width / field.pixel)
+        down *= photons[part, None]
+        if len(rows) == 1:
+            (there, y), (here, x) = _inside(rows[0], field.rows), _inside(columns[0], field.columns)
+            plane[y, x] += down[0, there, None] * across[0, here]
+            continue
         inside = ((rows >= 0) & (rows < field.rows))[:, :, None] & ((columns >= 0) & (columns < field.columns))[:, None]
-        light = down[:, :, None] * across[:, None] * lights.photons[part, None, None]
         pixels = (rows[:, :, None] * field.columns + columns[:, None])[inside]
-        for plane, height in zip(stack, field.heights, strict=True):
-            fading = np.exp(-0.5 * ((lights.points[part, 2] - height) / depth) ** 2)
-            plane += np.bincount(pixels, (light * fading[:, None, None])[inside], plane.size)
-    return stack.reshape(field.shape)
+        np.add.at(plane.reshape(-1), pixels, (down[:, :, None] * across[:, None])[inside])
+    return plane
+
+
+def at_once(count: int, window: int) -> Iterator[slice]:
+    """Parts of ``count`` sources that are so many pixels wide: few enough for memory, and wide ones alone."""
+    step = 1 if window > WIDE else int(AT_ONCE / window**2)
+    for start in range(0, count, step):
+        yield slice(start, start + step)
+
+
+def _inside(numbers: np.ndarray, count: int) -> tuple[slice, slice]:
+    """Which of these numbers in a row are from 0 to below ``count``: where they are, and what they are."""
+    first = int(numbers[0])
+    low, high = max(first, 0), min(first + len(numbers), count)
+    return slice(low - first, max(high, low) - first), slice(low, max(high, low))
+
+
+def _window(width: float) -> int:
+    """Pixels across a source of this width in pixels."""
+    return 2 * _reach(width) + 1
+
+
+def _reach(width: float) -> int:
+    return int(np.ceil(REACH * width)) + 1
 
 
 def _shares(place: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """Pixels [source, n] near places on a line, in pixels, and the share of the light in each."""
     from scipy.special import ndtr
 
-    reach = int(np.ceil(REACH * width)) + 1
+    reach = _reach(width)
     first = np.floor(place).astype(int) - reach
     edges = first[:, None] + np.arange(2 * reach + 2)
     return edges[:, :-1], np.diff(ndtr((edges - place[:, None]) / width), axis=1)

@@ -48,16 +48,33 @@ Arrays = dict[str, str]
 
 
 def write(content: Content, path: Path, limit: float) -> None:
-    """Write the page to ``path``, at most about ``limit`` MB: otherwise frames are left out evenly, with a warning.
+    """Write the page to ``path``, at most ``limit`` MB: otherwise frames are left out evenly, with a warning.
 
     Raises SceneError where even one frame is larger.
     """
     frames = _chosen(content, limit)
+    page = _packed(content, frames)
+    while len(page) > limit * 1e6:  # frames differ from those by which the size was estimated
+        if len(frames) == 1:
+            raise _too_large(len(page), limit)
+        frames = range(0, content.frames, _longer(frames.step, len(page) / (limit * 1e6), content.frames))
+        page = _packed(content, frames)
     if frames.step > 1:
         logging.getLogger(__name__).warning(
             f"the page shows one frame in {frames.step}, {len(frames)} of {content.frames}, to stay below {limit:.3g} "
             "MB; --limit sets how large it may be"
         )
+    path.write_bytes(page)
+
+
+def _longer(step: int, too_large: float, frames: int) -> int:
+    """A step from frame to frame of a page with fewer of them, where that of this step is so many times too large."""
+    count = -(-frames // step)
+    return max(step + 1, -(-frames // max(1, min(count - 1, int(count / too_large)))))
+
+
+def _packed(content: Content, frames: range) -> bytes:
+    """The page with these frames."""
     arrays: Arrays = {}
     facts = _facts(content, frames)
     facts["rods"] = [_rods(content, index, frames, arrays, facts) for index in range(len(content.rods))]
@@ -66,7 +83,7 @@ def write(content: Content, path: Path, limit: float) -> None:
         _sheet(sheet, index, frames, arrays, sheet is content.membrane) | {"opacity": opacity}
         for index, (sheet, opacity) in enumerate((s, o) for s, o in sheets if s is not None)
     ]
-    path.write_text(_page(content, facts, arrays), encoding="utf-8")
+    return _page(content, facts, arrays).encode()
 
 
 def size(content: Content, limit: float) -> float:
@@ -80,16 +97,20 @@ def _chosen(content: Content, limit: float) -> range:
     fixed, each = _bytes(content)
     room = limit * 1e6 - fixed
     if room < each:
-        raise SceneError(
-            f"limit = {limit:g}: one frame takes {(fixed + each) / 1e6:.3g} MB: choose fewer ensembles, or a larger "
-            "limit in MB"
-        )
+        raise _too_large(fixed + each, limit)
     return range(0, content.frames, max(1, int(np.ceil(content.frames * each / room))))
+
+
+def _too_large(size: float, limit: float) -> SceneError:
+    """The error where not even one frame has room."""
+    return SceneError(
+        f"limit = {limit:g}: one frame takes {size / 1e6:.3g} MB: choose fewer ensembles, or a larger limit in MB"
+    )
 
 
 def _bytes(content: Content) -> tuple[float, float]:
     """Bytes that a page has anyhow, and of each frame: of a sample of frames, as packed."""
-    sample = range(0, content.frames, -(-content.frames // SAMPLED))
+    sample = content.sample(SAMPLED)
     packer = Packer()
     for frame in sample:
         scale = content.scale(frame)
@@ -103,9 +124,13 @@ def _bytes(content: Content) -> tuple[float, float]:
             mesh = sheet.mesh(0)
             packer = Packer()
             packer.add(packed_triangles(mesh.triangles))
-            points = packed_sheet(quantised(mesh.points).numbers, None)
-            fixed += len(packer.text()) + len(points) * 4 / 3
-            each += len(points) * 0.5 if sheet.moving else 0.0  # changes from frame to frame are small
+            last = min(1, content.frames - 1) if sheet.moving else 0
+            numbers = quantised(np.array([mesh.points, sheet.mesh(last).points])).numbers
+            first, change = Packer(), Packer()
+            first.add(packed_sheet(numbers[0], None))
+            change.add(packed_sheet(numbers[1], numbers[0]))
+            fixed += len(packer.text()) + len(first.text())
+            each += len(change.text()) if sheet.moving else 0.0
             if sheet is content.membrane and sheet.curvature:
                 packer = Packer()
                 packer.add(_tints(sheet, 0))

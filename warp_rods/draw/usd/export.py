@@ -34,8 +34,10 @@ __all__ = ["Stage", "export_usd", "size", "write_usd", "write_usdz"]
 def export_usd(run_dir: str | Path, path: str | Path | None = None, selection: Selection | None = None) -> Path:
     """Write the animation of a run to ``path`` (default: animation.usdc in its folder); returns the path.
 
-    Colour is elastic energy density unless the selection says otherwise. The file is written under a temporary name
-    and then renamed. Raises RunFolderError where there is no run, no complete frame, or the file cannot be written.
+    path: a file with the suffix .usdc, .usd or .usda, or a folder for animation.usdc. Colour is elastic energy density,
+    where the run has it, unless the selection says otherwise. The file is written under a temporary name and then
+    renamed. Raises RunFolderError where there is no run, no complete frame, or the file cannot be written; SceneError
+    for another path.
     """
     from warp_rods.draw.exporters import EXPORTERS
 
@@ -115,7 +117,7 @@ class Stage:
         draw_box(self.stage, self.shown, self._membrane)
         boxes = np.concatenate(self._boxes) if boxes is None else boxes
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-        view, every = view_of(self.shown), range(0, self.shown.frames, -(-self.shown.frames // 100))
+        view, every = view_of(self.shown), self.shown.sample()
         if not view.follows:
             fixed = fixed_corners(self.shown, low, high, every)
             rods = [] if _enclosed(low, high, fixed) else [_corners(np.stack([low, high]))]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from warp_rods.draw.content import SAMPLED_FRAMES, Content
+from warp_rods.draw.content import Content
 from warp_rods.draw.rods import Rods
 from warp_rods.draw.usd.curves import linear_curves, set_points
 from warp_rods.progress import with_progress
@@ -48,7 +48,7 @@ def draw_forces(stage: Any, shown: Content, names: tuple[str, ...], frames: rang
     An arrow at the 0.95 quantile of |force| has 0.08 times ``size``, the size of what is drawn.
     """
     for variable in names:
-        found = {rods: _magnitudes(rods, variable, shown.frames) for rods in shown.rods if variable in rods.data}
+        found = {rods: _magnitudes(rods, variable, shown.sample()) for rods in shown.rods if variable in rods.data}
         loaded = {rods: magnitudes for rods, magnitudes in found.items() if magnitudes.any()}
         if not loaded:
             continue
@@ -58,10 +58,9 @@ def draw_forces(stage: Any, shown: Content, names: tuple[str, ...], frames: rang
             _draw(stage, rods, frames, variable, scale, material)
 
 
-def _magnitudes(rods: Rods, variable: str, frames: int) -> np.ndarray:
-    """All values of |force| at some of the frames."""
-    some = range(0, frames, -(-frames // SAMPLED_FRAMES))
-    return np.concatenate([np.linalg.norm(_forces(rods, variable, frame), axis=-1).ravel() for frame in some])
+def _magnitudes(rods: Rods, variable: str, frames: range) -> np.ndarray:
+    """All values of |force| at these frames."""
+    return np.concatenate([np.linalg.norm(_forces(rods, variable, frame), axis=-1).ravel() for frame in frames])
 
 
 def _forces(rods: Rods, variable: str, frame: int) -> np.ndarray:

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import typer
-from examples.drawn import FRAMES, SCENE, write_run
+from examples.drawn import FRAMES, scene_text, write_run
 from typer.testing import CliRunner
 
 from warp_rods import cli
@@ -111,7 +111,7 @@ def test_a_run_without_energies_is_listed_and_exported_in_a_colour_that_it_has(t
     """Only a colour that was named is missed."""
     variables = {name: SWIMMER_VARIABLES[name] for name in ("position", "status")}
     spec = GroupSpec(2, 17, variables)
-    writer = TrajectoryWriter.create(tmp_path / STORE, {"cell": spec}, {"scene": SCENE.format(extra="")})
+    writer = TrajectoryWriter.create(tmp_path / STORE, {"cell": spec}, {"scene": scene_text()})
     for number in range(2):
         saved = {name: np.zeros(spec.shape(v)) for name, v in variables.items()}
         saved["position"][..., 0] = np.linspace(0, 1, 17) + 0.1 * number

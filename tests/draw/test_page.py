@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 from examples.chromium import opened
-from examples.drawn import FRAMES, SCENE, arcs, write_run
+from examples.drawn import FRAMES, arcs, scene_text, write_run
 
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
@@ -95,7 +95,7 @@ def test_frames_are_left_out_to_bound_the_size(shown, tmp_path, caplog):
 
 def test_a_page_with_a_moving_membrane_stays_below_its_limit(tmp_path, caplog):
     """A mesh changes in every frame, by more where frames are left out."""
-    scene = SCENE.format(extra="").replace("radius = 1.0", 'radius = "1 + 0.3*sin(9*t)"')
+    scene = scene_text(surface='kind = "sphere"\nradius = "1 + 0.3*sin(9*t)"')
     spec = GroupSpec(2, 17, SWIMMER_VARIABLES)
     writer = TrajectoryWriter.create(tmp_path / STORE, {"cell": spec}, {"title": "", "scene": scene})
     for number in range(40):

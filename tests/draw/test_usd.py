@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from examples.drawn import FRAMES, SCENE, SPHERE, write_run
+from examples.drawn import FRAMES, scene_text, write_run
 
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
@@ -256,7 +256,7 @@ def test_a_file_that_cannot_be_written_is_told_with_the_reason(run, tmp_path):
 def test_runs_with_nothing_to_show(tmp_path):
     with pytest.raises(RunFolderError, match="no run"):
         export_usd(tmp_path)
-    attributes = {"scene": SCENE.format(extra="", save_every=0.1, surface=SPHERE)}
+    attributes = {"scene": scene_text()}
     TrajectoryWriter.create(tmp_path / STORE, {"cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}, attributes)
     with pytest.raises(RunFolderError, match="no complete frame"):
         export_usd(tmp_path)

@@ -38,6 +38,11 @@ save_every = {save_every}
 """
 
 
+def scene_text(extra: str = "", save_every: float = 0.1, surface: str = SPHERE) -> str:
+    """The scene of the run in TOML; extra: more tables."""
+    return SCENE.format(extra=extra, save_every=save_every, surface=surface)
+
+
 def arcs(rods: int, nodes: int, length: float, turn: float) -> np.ndarray:
     """Meridian arcs on the unit sphere, rotated about the axis by ``turn`` [rods, nodes, 3]."""
     along = np.linspace(-0.5, 0.5, nodes) * length
@@ -65,7 +70,7 @@ def write_run(
     groups = {"sensors": GroupSpec(4, 9, FILAMENT_VARIABLES), "cell": GroupSpec(2, 17, SWIMMER_VARIABLES)}
     attributes = {
         "title": "Rods on a ball",
-        "scene": SCENE.format(extra=extra, save_every=save_every, surface=surface),
+        "scene": scene_text(extra, save_every, surface),
         "scene_hash": "abc",
     }
     writer = TrajectoryWriter.create(folder / STORE, groups, attributes)

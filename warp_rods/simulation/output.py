@@ -13,8 +13,6 @@ __all__ = ["ALWAYS", "check_output", "chosen"]
 
 ALWAYS = ("position", "status")
 """Variables that every trajectory has."""
-DRAWN = "energy_density"
-"""The colour of rods in animations."""
 
 
 def chosen(output: Output | None, saved: Mapping[str, Variable]) -> dict[str, Variable]:
@@ -34,7 +32,5 @@ def check_output(output: Output | None, ensembles: Mapping[str, Ensemble]) -> No
         for index, name in enumerate(output.variables)
         if name not in known
     ]
-    if output.usd and DRAWN not in output.variables:
-        faults.append(f"output.variables: the animation needs {DRAWN} for its colours: add it, or set usd = false")
     if faults:
         raise SceneError("\n".join(faults))

@@ -11,6 +11,7 @@ from examples.drawn import FRAMES, scene_text, write_run
 
 from warp_rods.draw.colours import COLOURS
 from warp_rods.draw.content import content
+from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.scale import Scale, linear
 from warp_rods.draw.selection import Selection
 from warp_rods.draw.usd.export import export_usd
@@ -296,3 +297,26 @@ def test_opens_in_blender(run):
     command = [sys.executable, "-c", IN_BLENDER, str(run / "animation.usdc")]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert f"SAW 0 {FRAMES - 1} 1 1 [(2, 34), (4, 36)]" in output
+
+
+IN_ITS_SCRIPT = """
+import runpy, sys
+sys.argv = [sys.argv[1], "--", "--frame", "2"]
+known = runpy.run_path(sys.argv[0], run_name="__main__")
+import bpy
+scene = bpy.context.scene
+materials = sorted((o.name.split("_")[0], o.data.materials[0].name) for o in bpy.data.objects if o.type in ("CURVES", "MESH"))
+print("SAW", scene.frame_start, scene.frame_end, scene.frame_current, scene.render.fps, scene.camera is not None)
+print(materials)
+"""  # noqa: E501
+
+
+@pytest.mark.skipif(importlib.util.find_spec("bpy") is None, reason="Blender (bpy) is not installed")
+def test_the_script_for_blender_sets_materials_camera_and_frames(run):
+    """In Blender 4.2 and 5, whose imports take other options; with a Python of its own, which may lack USD."""
+    script = EXPORTERS["blender"].export(run)
+    done = subprocess.run([sys.executable, "-c", IN_ITS_SCRIPT, str(script)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert f"SAW 0 {FRAMES - 1} 2 24 True" in done.stdout
+    assert "('cell', 'Colours of the rods'), ('sensors', 'Colours of the rods')" in done.stdout
+    assert "('Membrane', 'Membrane')" in done.stdout  # a sphere has one colour, that of the animation

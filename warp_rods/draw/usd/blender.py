@@ -22,14 +22,20 @@ import sys
 from pathlib import Path
 
 import bpy
-from pxr import Usd  # comes with Blender
+
+try:
+    from pxr import Usd  # comes with Blender, not with its module for Python
+except ImportError:
+    Usd = None
 
 HERE, ANIMATION = Path(__file__).resolve().parent, "{animation}"
 MEMBRANE = {opacity:g}
 
 
 def timing(scene):
-    """First and last frame, and frames a second, as the animation has them now."""
+    """First and last frame, and frames a second, as the animation has them now; else those of the import, and 24."""
+    if Usd is None:
+        return
     stage = Usd.Stage.Open(str(HERE / ANIMATION), Usd.Stage.LoadNone)
     scene.frame_start, scene.frame_end = round(stage.GetStartTimeCode()), round(stage.GetEndTimeCode())
     scene.render.fps = max(round(stage.GetTimeCodesPerSecond()), 1)
@@ -53,7 +59,9 @@ def material(name, opacity=1.0):
 def opened():
     """The objects of the animation, with their materials."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.wm.usd_import(filepath=str(HERE / ANIMATION), import_guide=False, apply_unit_conversion_scale=False)
+    options = {{"import_guide": False, "apply_unit_conversion_scale": False}}
+    known = bpy.ops.wm.usd_import.get_rna_type().properties.keys()  # Blender 4.2 leaves units alone
+    bpy.ops.wm.usd_import(filepath=str(HERE / ANIMATION), **{{key: options[key] for key in options if key in known}})
     colours, translucent = material("Colours of the rods"), material("Colours of the membrane", MEMBRANE)
     for thing in bpy.data.objects:
         if thing.type in ("CURVES", "MESH") and "displayColor" in thing.data.attributes:

@@ -13,8 +13,9 @@ import numpy as np
 import psutil
 
 from warp_rods.scene.scene import Scene
+from warp_rods.studies.columns import Column
 from warp_rods.studies.new_store import create
-from warp_rods.studies.plan import Column, Plan
+from warp_rods.studies.plan import Plan
 from warp_rods.studies.store import OWN
 
 EACH_PROCESS = 100
@@ -72,17 +73,17 @@ def all_at_once(client, tasks: int) -> float:
 
 def in_windows(client, tasks: int) -> float:
     """As studies do."""
-    from warp_rods.studies import cluster
+    from warp_rods.studies import dispatch
     from warp_rods.studies.tasks import Outcome, Task
 
-    real, begun, first = cluster.work, time.perf_counter(), [0.0]
-    cluster.work = _trivial
+    real, begun, first = dispatch.work, time.perf_counter(), [0.0]
+    dispatch.work = _trivial
 
     def tell(_task: Task, _outcome: Outcome) -> None:
         first[0] = first[0] or time.perf_counter() - begun
 
-    cluster.run_on(client, "", (Task(0, (i,), ((i,),)) for i in range(tasks)), "cpu", "", tell)
-    cluster.work = real
+    dispatch.run_on(client, "", (Task(0, (i,), ((i,),)) for i in range(tasks)), "cpu", "", tell)
+    dispatch.work = real
     return first[0]
 
 

@@ -16,7 +16,7 @@ from examples.study import cells
 
 import warp_rods as wr
 from warp_rods.simulation.storage import StorageError
-from warp_rods.studies import begin, cluster
+from warp_rods.studies import begin, dispatch
 from warp_rods.studies.status import status
 
 TESTS = str(Path(__file__).parents[1])
@@ -218,7 +218,7 @@ def test_client_scheduler_and_worker_are_killed_in_turn(outside, tmp_path, expec
 
 @pytest.mark.long
 def test_the_task_of_a_stuck_worker_is_done_by_another(outside, tmp_path, expected, monkeypatch):
-    monkeypatch.setattr(cluster, "LATE", 3.0)
+    monkeypatch.setattr(dispatch, "LATE", 3.0)
     folder = tmp_path / "study"
     stop = lambda: outside.workers[0].send_signal(signal.SIGSTOP)  # noqa: E731
     thread = when(folder, 3, stop)
@@ -265,7 +265,7 @@ def test_workers_on_two_hosts(two_hosts, tmp_path, expected):
 @pytest.mark.long
 def test_a_task_that_kills_every_worker_is_given_up_and_the_rest_go_on(tmp_path, expected, monkeypatch):
     """As one that needs more memory than there is."""
-    monkeypatch.setattr(cluster, "work", _deadly)
+    monkeypatch.setattr(dispatch, "work", _deadly)
     study = wr.sweep(study_scene(), tmp_path / "study", device="cpu", workers=2)
     data = study.data
     lost = data["state"].to_numpy() == 3

@@ -12,8 +12,9 @@ from warp_rods.draw.diagrams import Marks
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.studies.check import check_study
+from warp_rods.studies.columns import Column
 from warp_rods.studies.new_store import create
-from warp_rods.studies.plan import Column, Plan
+from warp_rods.studies.plan import Plan
 from warp_rods.studies.plot import figure_of, opened, plot_study, plotted
 from warp_rods.studies.refine import levels
 from warp_rods.studies.status import status

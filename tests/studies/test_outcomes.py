@@ -6,7 +6,7 @@ from examples.study import cells
 import warp_rods as wr
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.storage import StorageError
-from warp_rods.studies.cluster import SchedulerLost, _ended, _Running
+from warp_rods.studies.dispatch import SchedulerLost, _ended, _Running
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.tasks import Outcome, Task
 

@@ -9,7 +9,8 @@ from examples.study import CELL, SENSOR, TIME, cells, sensors
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
-from warp_rods.studies.plan import Plan, columns_of
+from warp_rods.studies.columns import columns_of
+from warp_rods.studies.plan import Plan
 from warp_rods.studies.points import COMPUTED, LOST, as_rods, assumes, each_alone, measured
 from warp_rods.studies.record import still
 from warp_rods.studies.tasks import _batch

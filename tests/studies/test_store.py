@@ -10,9 +10,10 @@ import xarray as xr
 from examples.study import cells
 
 from warp_rods.errors import RunFolderError
-from warp_rods.studies import store as store_module
+from warp_rods.studies import marks
+from warp_rods.studies.columns import Column
 from warp_rods.studies.new_store import create
-from warp_rods.studies.plan import Column, Plan
+from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import added, levels
 from warp_rods.studies.store import OWN, STORE, Store
 from warp_rods.studies.tasks import tasks_of
@@ -81,7 +82,7 @@ def test_a_chunk_without_its_state_or_damaged_is_computed_again(tmp_path):
 
 def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path, monkeypatch):
     """Each adds points in its order, and a mark that was left by a kill is passed over."""
-    monkeypatch.setattr(store_module, "STALE", 0.3)
+    monkeypatch.setattr(marks, "STALE", 0.3)
     plan = Plan(cells())
     store = store_of(plan, tmp_path, plan.shape)
     places = [tuple(map(int, p)) for p in np.argwhere(plan.first())]
@@ -107,7 +108,7 @@ def one(speed: float, state: int = 1) -> dict[str, np.ndarray]:
 
 def test_a_writer_that_was_stopped_for_long_spoils_nothing(tmp_path, monkeypatch):
     """Another one takes its place in the midst of its files; it notices, and adds its points to those of the other."""
-    monkeypatch.setattr(store_module, "STALE", 0.2)
+    monkeypatch.setattr(marks, "STALE", 0.2)
     plan = Plan(cells())
     store = store_of(plan, tmp_path, plan.shape)
     encoded, stopped = Store._encoded, threading.Event()

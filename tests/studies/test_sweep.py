@@ -12,7 +12,7 @@ from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.simulation.storage import StorageError
 from warp_rods.simulation.under_way import lock_folder
 from warp_rods.studies import begin, points, tasks
-from warp_rods.studies.plan import Column, columns_of
+from warp_rods.studies.columns import Column, columns_of
 from warp_rods.studies.plot import plot_study
 from warp_rods.studies.status import status
 from warp_rods.studies.store import Store

@@ -21,13 +21,15 @@ from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.zarr_format import METADATA
 from warp_rods.studies.batches import batch_tables, why_not
+from warp_rods.studies.columns import columns_of
 from warp_rods.studies.inputs import inputs
+from warp_rods.studies.marks import this_process
 from warp_rods.studies.new_store import create
-from warp_rods.studies.plan import Plan, columns_of
+from warp_rods.studies.plan import Plan
 from warp_rods.studies.points import assumes, measured
 from warp_rods.studies.probes import refuse_other_dimensions
 from warp_rods.studies.record import Record, bytes_of_a_rod, still
-from warp_rods.studies.store import STORE, Store, this_process
+from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
 from warp_rods.studies.tasks import SCENE, TRAJECTORIES, scene_of
 

@@ -22,8 +22,9 @@ from warp_rods.simulation.zarr_format import (
     write_values,
 )
 from warp_rods.studies.axes import SEED, Axis
-from warp_rods.studies.plan import Column
-from warp_rods.studies.store import OWN, Store, this_process
+from warp_rods.studies.columns import Column
+from warp_rods.studies.marks import this_process
+from warp_rods.studies.store import OWN, Store
 
 __all__ = ["create"]
 

@@ -16,7 +16,8 @@ from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.storage import StorageError
 from warp_rods.simulation.under_way import FolderInUse
 from warp_rods.studies.batches import batch_tables
-from warp_rods.studies.plan import Index, Plan, Wanted, columns_of
+from warp_rods.studies.columns import columns_of
+from warp_rods.studies.plan import Index, Plan, Wanted
 from warp_rods.studies.record import Record
 from warp_rods.studies.summaries import each_point, of_all, settled
 

@@ -9,7 +9,8 @@ import xarray as xr
 
 from warp_rods.errors import SceneError, WarpRodsError
 from warp_rods.simulation.loop import Simulation
-from warp_rods.studies.plan import MEASURE_RUNS, SAME, Plan, Wanted, columns_of
+from warp_rods.studies.columns import MEASURE_RUNS, SAME, columns_of
+from warp_rods.studies.plan import Plan, Wanted
 from warp_rods.studies.points import assumes, taken
 from warp_rods.studies.record import drifting, still
 

@@ -11,9 +11,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import shutil
-import socket
 import struct
 import threading
 import time
@@ -32,7 +30,8 @@ from warp_rods.simulation.zarr_format import (
     METADATA,
     text_chunk,
 )
-from warp_rods.studies.plan import Column
+from warp_rods.studies.columns import Column
+from warp_rods.studies.marks import MarkLost, alone, this_process
 
 __all__ = ["STORE", "Store"]
 
@@ -49,8 +48,6 @@ OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
 }  # fmt: skip
 """What every study has at each point: type, fill value, attributes."""
 FINISHED = (1, 2)
-STALE = 30.0
-"""Seconds after which the mark of a process that writes is that of one that was killed; a file takes some ms."""
 OLD = 600.0
 """Seconds after which a temporary file is a leftover of a process that was killed."""
 
@@ -172,7 +169,7 @@ class Store:
         Raises RunFolderError where another study has taken the place of this one.
         """
         while True:
-            with contextlib.suppress(_MarkLost), self._alone(chunk) as still_alone:
+            with contextlib.suppress(MarkLost), alone(self._mark(chunk)) as still_alone:
                 self._check_that_it_is_there()
                 self._add(chunk, points, values, still_alone)
                 return
@@ -203,37 +200,9 @@ class Store:
         if there != self.identity:
             raise RunFolderError(f"{self.path} was removed, or replaced by another study, while this one was at work")
 
-    @contextlib.contextmanager
-    def _alone(self, chunk: Sequence[int]) -> Iterator[Callable[[], None]]:
-        """Nobody else writes to a chunk as long as the function that this gives raises nothing.
-
-        A file marks it, as locks of file systems that several machines see cannot be relied on. One that does not
-        change for long is of a process that was killed, or stopped; that one finds out before it writes on.
-        """
-        mark = self.path.with_name(f".{self.path.name}.{'.'.join(map(str, chunk))}.writing")
-        owner = f"{this_process()}-{threading.get_ident()}-{time.monotonic_ns()}".encode()
-        seen, since = None, time.monotonic()
-        while not _marked(mark, owner):
-            if (now := _changed(mark)) != seen:
-                seen, since = now, time.monotonic()
-            elif time.monotonic() - since > STALE:
-                mark.unlink(missing_ok=True)
-            time.sleep(0.02)
-
-        def still_alone() -> None:
-            try:
-                if mark.read_bytes() != owner:
-                    raise _MarkLost
-                os.utime(mark)
-            except FileNotFoundError:
-                raise _MarkLost from None
-
-        try:
-            yield still_alone
-        finally:
-            with contextlib.suppress(_MarkLost):
-                still_alone()
-                mark.unlink(missing_ok=True)
+    def _mark(self, chunk: Sequence[int]) -> Path:
+        """The mark of who writes to a chunk."""
+        return self.path.with_name(f".{self.path.name}.{'.'.join(map(str, chunk))}.writing")
 
     def _file(self, name: str, chunk: Sequence[int]) -> Path:
         further = len(self._nodes[name]["shape"]) - len(chunk)
@@ -270,35 +239,6 @@ class Store:
             with contextlib.suppress(FileNotFoundError):  # another process does the same
                 if time.time() - file.stat().st_mtime > OLD:
                     shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink()
-
-
-class _MarkLost(Exception):
-    """Another process has taken the mark of this one, which did nothing for long."""
-
-
-def _marked(mark: Path, owner: bytes) -> bool:
-    """Whether the mark of a chunk could be made; False where there is one."""
-    try:
-        descriptor = os.open(mark, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
-    except FileExistsError:
-        return False
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(owner)
-    return True
-
-
-def _changed(mark: Path) -> tuple[int, int] | None:
-    """Which file a mark is, and when it was last changed by the clock of its file system."""
-    try:
-        about = mark.stat()
-    except FileNotFoundError:
-        return None
-    return about.st_ino, about.st_mtime_ns
-
-
-def this_process() -> str:
-    """A name that no other process has, on any machine."""
-    return f"{socket.gethostname()}-{os.getpid()}"
 
 
 def _fill(node: Mapping[str, Any]) -> Any:

@@ -21,7 +21,7 @@ from warp_rods.scene.scene import Scene
 from warp_rods.simulation.files import check_writable, default_folder
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.storage import REMEDIES, StorageError
-from warp_rods.studies import cluster
+from warp_rods.studies import cluster, dispatch
 from warp_rods.studies.begin import begin
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import levels
@@ -210,10 +210,10 @@ class _Dask:
             self._context = cluster.connected(self._how.scheduler, min(self._how.workers, len(tasks)))
             self._client = self._context.__enter__()
         device = self._how.device
-        if self._how.scheduler is not None and device.startswith(cluster.CUDA):
-            device = cluster.CUDA
+        if self._how.scheduler is not None and device.startswith(dispatch.CUDA):
+            device = dispatch.CUDA
         where = str(folder.resolve())
-        cluster.run_on(self._client, where, tasks, device, __version__, tell, self._say, twice=self._twice)
+        dispatch.run_on(self._client, where, tasks, device, __version__, tell, self._say, twice=self._twice)
 
     def close(self) -> None:
         if self._context is not None:

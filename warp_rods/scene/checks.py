@@ -54,9 +54,9 @@ class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
-        """Add the keys and their allowed values to the docstring; remove the types of pydantic from the signature."""
+        """Add what keys mean, and what is allowed, to the docstring; remove types of pydantic from the signature."""
         fields = cls.model_fields
-        keys = [f"{name}: {field.description}" for name, field in fields.items()]
+        keys = [f"{name}: {meant(field)}" for name, field in fields.items()]
         cls.__doc__ = "\n".join([f"{cleandoc(cls.__doc__ or '')}\n", *keys])
         cls.__signature__ = Signature(
             [Parameter(name, Parameter.KEYWORD_ONLY, default=_default(field)) for name, field in fields.items()]

@@ -207,7 +207,7 @@ def hyperboloid(x: wp.vec3d, p: geometry.Parameters):
 
 
 def test_one_function_and_one_row_add_a_surface(monkeypatch, device):
-    parameters = {"waist": surfaces.Parameter(), "slope": surfaces.Parameter(default=1.0)}
+    parameters = {"waist": surfaces.Parameter("radius"), "slope": surfaces.Parameter("of the cone", default=1.0)}
     row = surfaces.SurfaceKind(hyperboloid, parameters, lambda v: (3 * v["waist"],) * 3, closed=False)
     monkeypatch.setitem(surfaces.SURFACES, "hyperboloid", row)
     surface = surfaces.make("hyperboloid", {"waist": 0.8})

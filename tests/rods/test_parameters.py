@@ -170,7 +170,8 @@ def test_flagella_may_be_an_object_in_a_scene():
 
 
 BIASED = flagella.Law(
-    "RELAXING", {"threshold": flagella.LawParameter(0.5, "positive"), "bias": flagella.LawParameter(-1.0)}
+    "RELAXING",
+    {"threshold": flagella.LawParameter("where f turns", 0.5, "positive"), "bias": flagella.LawParameter("of f", -1.0)},
 )
 
 

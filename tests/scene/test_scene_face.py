@@ -31,7 +31,7 @@ def test_help_is_one_screen_about_the_keys(table):
     assert len(text.splitlines()) < 60
     assert "model_dump" not in text and "Annotated" not in text
     for name, field in table.model_fields.items():
-        assert f"{name}: {field.description}" in text
+        assert f"{name}: {field.title}: {field.description}" in text
 
 
 def test_repr_of_a_scene():

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from warp_rods.membranes.catalogue import KINDS
 from warp_rods.scene.checks import Table
 from warp_rods.scene.flows import FLOWS
-from warp_rods.scene.schema import schema, schema_text
+from warp_rods.scene.schema import meanings, schema, schema_text
 from warp_rods.scene.shipped import SCHEMA, shipped
+from warp_rods.values import plain
 
 FILE = Path(__file__).parents[2] / "scenes" / SCHEMA
 SCENES = shipped()
@@ -23,6 +24,17 @@ SCENES = shipped()
 def validator() -> jsonschema.Draft4Validator:
     jsonschema.Draft4Validator.check_schema(schema())
     return jsonschema.Draft4Validator(schema())
+
+
+def described() -> dict[str, tuple[type[Table], dict]]:
+    """Every table with its part of the schema, by name."""
+
+    def tables(table):
+        return {table, *(found for derived in table.__subclasses__() for found in tables(derived))}
+
+    whole = schema()
+    parts = {"Scene": whole, **whole["definitions"]}
+    return {table.__name__: (table, parts[table.__name__]) for table in tables(Table) if table.__name__ in parts}
 
 
 def faults(validator, scene: str | dict) -> list[str]:
@@ -42,15 +54,11 @@ def test_shipped_scenes_are_valid_and_name_the_schema(validator, name):
 
 
 def test_every_key_is_described(validator):
-    def tables(table):
-        return {table, *(found for derived in table.__subclasses__() for found in tables(derived))}
-
     whole = schema()
     parts = {"Scene": whole, **whole["definitions"]}
-    described = {table.__name__: table for table in tables(Table) if table.__name__ in parts}
-    assert len(described) == len(parts) > 20
-    for name, part in parts.items():
-        fields = described[name].model_fields
+    assert len(described()) == len(parts) > 20
+    for name, (table, part) in described().items():
+        fields = table.model_fields
         assert set(fields) <= set(part["properties"]) and part["description"]
         assert all(value.get("description") for value in part["properties"].values())
         assert set(part.get("required", ())) <= set(fields)
@@ -59,6 +67,41 @@ def test_every_key_is_described(validator):
     assert parts["SurfaceTable"]["properties"]["kind"]["enum"] == list(KINDS)
     assert {key for row in KINDS.values() for key in row.keys} <= set(parts["SurfaceTable"]["properties"])
     assert {key for row in FLOWS.values() for key in row.keys} <= set(parts["FlowTable"]["properties"])
+
+
+def test_every_key_has_a_meaning_before_what_is_allowed():
+    for name, (table, part) in described().items():
+        found = meanings(table)
+        assert set(found) == set(part["properties"])
+        for key, texts in found.items():
+            assert texts
+            for text in texts:
+                assert 5 < len(text) <= 90 and ":" not in text and not text.endswith("."), f"{name}.{key}: {text}"
+                assert text.lower() != key.replace("_", " "), f"{name}.{key}"
+                assert f"{text}: " in part["properties"][key]["description"]
+    bend = "bending stiffness β⊥ = B⊥/(f*L³): a positive number, a formula in s, or a list with one for each rod"
+    assert schema()["definitions"]["SwimmersTable"]["properties"]["bend"]["description"].startswith(bend)
+    radius = schema()["definitions"]["SurfaceTable"]["properties"]["radius"]["description"].split("; ")
+    assert radius[0] == "radius of the sphere (length): a positive number, or a formula in t (sphere)"
+
+
+def test_every_default_is_shown():
+    for name, (table, part) in described().items():
+        for key, field in table.model_fields.items():
+            value = plain(field.get_default(call_default_factory=True))
+            shown = None if field.is_required() or value is None else json.loads(json.dumps(value))
+            assert part["properties"][key].get("default") == shown, f"{name}.{key}"
+    assert schema()["definitions"]["FlowTable"]["properties"]["gradient"]["default"] == (0.0, 1.0, 0.0)
+    assert "default" not in schema()["definitions"]["SurfaceTable"]["properties"]["radius"]  # one for each kind
+
+
+def test_no_title_is_made_of_a_key():
+    def titles(part):
+        parts = part if isinstance(part, list) else part.values() if isinstance(part, dict) else ()
+        own = [part["title"]] if isinstance(part, dict) and isinstance(part.get("title"), str) else []
+        return own + [title for inner in parts for title in titles(inner)]
+
+    assert titles(json.loads(schema_text())) == ["A scene of warp-rods"]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import numpy as np
 
 from warp_rods import formula
 from warp_rods.membranes import motion
-from warp_rods.membranes.level_set import Fault, LevelSet, Values
+from warp_rods.membranes.level_set import Described, Fault, LevelSet, Values
 from warp_rods.values import Number, Positive, must_be, number, shown
 
 __all__ = ["SPARE", "SURFACES", "Parameter", "SurfaceKind"]
@@ -27,8 +27,9 @@ ALLOWED = {"positive": Positive, "any number": Number}
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number (size 1) or three (size 3), all positive unless ``allowed`` is "any number"."""
+    """What it means; one number (size 1) or three (size 3), all positive unless ``allowed`` is "any number"."""
 
+    meaning: str
     size: int = 1
     default: float | None = None
     allowed: str = "positive"
@@ -38,14 +39,20 @@ class Parameter:
         if self.size == 1 and value is not None:
             return self._read_one((name,), value, faults)
         if not isinstance(value, tuple) or len(value) != self.size:
-            faults.append(((name,), must_be(self._words, value)))
+            faults.append(((name,), must_be(self.words, value)))
             return None
         return tuple(self._read_one((name, i), part, faults) for i, part in enumerate(value))
 
     @property
-    def _words(self) -> str:
+    def words(self) -> str:
+        """What is allowed at rest."""
         noun = "number" if self.allowed == "any number" else f"{self.allowed} number"
         return f"a {noun}" if self.size == 1 else f"{self.size} {noun}s"
+
+    @property
+    def or_formula(self) -> str:
+        """What is allowed besides of a surface that may move."""
+        return ", or a formula in t" if self.size == 1 else ", or formulas in t"
 
     def _read_one(self, loc: tuple[str | int, ...], value: Any, faults: list[Fault]) -> Any:
         try:
@@ -53,12 +60,12 @@ class Parameter:
                 return number(value, ALLOWED[self.allowed])
             at_start = formula.function_of_time(value)(0.0)
         except formula.FormulaError as error:
-            faults.append((loc, f" = {shown(value)}: must be {self._words}, or a formula in t: {error}"))
+            faults.append((loc, f" = {shown(value)}: must be {self.words}, or a formula in t: {error}"))
         except ValueError as error:
-            faults.append((loc, must_be(self._words, value, str(error))))
+            faults.append((loc, must_be(self.words, value, str(error))))
         else:
             if self.allowed == "positive" and at_start <= 0:
-                faults.append((loc, f" = {shown(value)}: must be {self._words}, but is {at_start:g} at t = 0"))
+                faults.append((loc, f" = {shown(value)}: must be {self.words}, but is {at_start:g} at t = 0"))
             return value.strip()
         return None
 
@@ -94,6 +101,14 @@ class SurfaceKind:
     def keys(self) -> tuple[str, ...]:
         """The names of the parameters."""
         return tuple(self.parameters)
+
+    @property
+    def described(self) -> dict[str, Described]:
+        """What each of them means, and what is allowed."""
+        return {
+            name: Described(row.meaning, row.words + (row.or_formula if self.phi else ""), row.default)
+            for name, row in self.parameters.items()
+        }
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
         """The values with defaults filled in, and their faults."""
@@ -173,47 +188,61 @@ def _undulated_radius(v: Values) -> float:
 SURFACES: dict[str, SurfaceKind] = {
     "plane": SurfaceKind(
         "plane",
-        {"size": Parameter(default=10.0)},
+        {"size": Parameter("side of the square (length)", default=10.0)},
         lambda v: (v["size"] / 2, v["size"] / 2, 0.1 * v["size"]),
         closed=False,
         phi="z",
     ),
     "sphere": SurfaceKind(
         "sphere",
-        {"radius": Parameter()},
+        {"radius": Parameter("radius of the sphere (length)")},
         lambda v: (v["radius"],) * 3,
         phi="(x**2 + y**2 + z**2 - radius**2)/(2*radius)",
     ),
     "ellipsoid": SurfaceKind(
         "ellipsoid",
-        {"radii": Parameter(size=3)},
+        {"radii": Parameter("half axes along x, y, z (length)", size=3)},
         lambda v: tuple(v["radii"]),
         phi="(x**2/radii_x**2 + y**2/radii_y**2 + z**2/radii_z**2 - 1)/2",
     ),
     "cylinder": SurfaceKind(
         "cylinder",
-        {"radius": Parameter(), "length": Parameter(default=10.0)},
+        {
+            "radius": Parameter("distance from the axis z (length)"),
+            "length": Parameter("length along z", default=10.0),
+        },
         lambda v: _tube(v["radius"], v["length"]),
         closed=False,
         phi="(x**2 + y**2 - radius**2)/(2*radius)",
     ),
     "torus": SurfaceKind(
         "torus",
-        {"major": Parameter(), "minor": Parameter()},
+        {
+            "major": Parameter("radius R of the circle along which the tube runs (length)"),
+            "minor": Parameter("radius r of the tube (length)"),
+        },
         lambda v: _revolved(v["major"] + v["minor"], v["minor"]),
         check=_torus_fault,
         phi="((sqrt(x**2 + y**2) - major)**2 + z**2 - minor**2)/(2*minor)",
     ),
     "cassini": SurfaceKind(
         "cassini",
-        {"a": Parameter(), "b": Parameter()},
+        {
+            "a": Parameter("distance of the foci on the axis z from the middle (length)"),
+            "b": Parameter("b² is the product of the distances from both foci, b > a (length)"),
+        },
         lambda v: _revolved(_cassini_radius(v["a"], v["b"]), float(np.hypot(v["a"], v["b"]))),
         check=_cassini_fault,
         phi="(x**2 + y**2 + z**2 + a**2)**2 - 4*a**2*z**2 - b**4",
     ),
     "bridge": SurfaceKind(
         "bridge",
-        {"neck": Parameter(), "body": Parameter(), "width": Parameter(), "length": Parameter(default=6.0)},
+        {
+            "neck": Parameter("radius of the neck (length)"),
+            "body": Parameter("radius far from the neck (length)"),
+            "width": Parameter("width of the neck along z (length)"),
+            "length": Parameter("length along z", default=6.0),
+        },
         lambda v: _tube(max(v["neck"], v["body"]), v["length"]),
         closed=False,
         phi="(x**2 + y**2 - (body - (body - neck)*exp(-z**2/width**2))**2)/2",
@@ -221,9 +250,9 @@ SURFACES: dict[str, SurfaceKind] = {
     "undulated": SurfaceKind(
         "undulated",
         {
-            "radius": Parameter(default=1.0),
-            "amplitude": Parameter(default=0.16),
-            "wavenumber": Parameter(default=5.0),
+            "radius": Parameter("radius R of the sphere without bumps (length)", default=1.0),
+            "amplitude": Parameter("size ε of the bumps, in φ beside ∣x∣² (length²)", default=0.16),
+            "wavenumber": Parameter("wavenumber k of the bumps (1/length)", default=5.0),
         },
         lambda v: (_undulated_radius(v),) * 3,
         check=_undulated_fault,

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from warp_rods import formula
-from warp_rods.membranes.level_set import Fault, LevelSet, Values
+from warp_rods.membranes.level_set import Described, Fault, LevelSet, Values
 from warp_rods.values import must_be, number, numbers
 
 __all__ = ["Expression"]
 
 MOST_PARAMETERS = 8
+PHI = 'text in quotes, such as "x**2 + y**2 + z**2 - R**2"'
+BOX = "[[x0, x1], [y0, y1], [z0, z1]], numbers that increase in each pair"
+PARAMETERS = f"a table of numbers by name, {MOST_PARAMETERS} at most"
+"""What is allowed, in words."""
 
 
 class Expression:
     """φ as a formula in x, y, z and parameters, differentiated symbolically and compiled."""
 
-    keys = ("phi", "box", "parameters")
+    described: ClassVar = {
+        "phi": Described("formula of φ in x, y, z and parameters; outward where φ > 0", PHI),
+        "box": Described("region in which the membrane is (length)", BOX),
+        "parameters": Described("numbers that phi names; the membrane moves by those that are formulas", PARAMETERS),
+    }
+    keys = tuple(described)
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
         """The values with defaults filled in, and their faults, as far as these follow from the text alone."""
@@ -56,7 +65,7 @@ def _names(values: Values) -> tuple[str, ...]:
 
 def _phi(value: Any, parameters: dict[str, Any] | None, faults: list[Fault]) -> str:
     if not isinstance(value, str):
-        faults.append((("phi",), must_be('text in quotes, such as "x**2 + y**2 + z**2 - R**2"', value)))
+        faults.append((("phi",), must_be(PHI, value)))
         return ""
     try:
         if parameters is not None:
@@ -72,15 +81,14 @@ def _box(value: Any, faults: list[Fault]) -> tuple[tuple[float, ...], ...]:
     except ValueError:
         pairs = ()
     if len(pairs) != 3 or not all(low < high for low, high in pairs):
-        allowed = "[[x0, x1], [y0, y1], [z0, z1]], numbers that increase in each pair"
-        faults.append((("box",), must_be(allowed, value)))
+        faults.append((("box",), must_be(BOX, value)))
     return pairs
 
 
 def _parameters(value: Any, faults: list[Fault]) -> dict[str, Any] | None:
     """Numbers or formulas in t by name; None where they are not a table, so that phi cannot be checked."""
     if not isinstance(value, Mapping) or len(value) > MOST_PARAMETERS:
-        faults.append((("parameters",), must_be(f"a table of numbers by name, {MOST_PARAMETERS} at most", value)))
+        faults.append((("parameters",), must_be(PARAMETERS, value)))
         return None
     kept: dict[str, Any] = {}
     for name, given in value.items():

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from warp_rods.membranes.files import ARRAYS, IMAGES, KEPT, MESHES, FileError
 from warp_rods.membranes.images import Header, ending, read_header
-from warp_rods.membranes.level_set import Fault, LevelSet, Values
+from warp_rods.membranes.level_set import Described, Fault, LevelSet, Values
 from warp_rods.values import Positive, must_be, numbers, shown
 
 __all__ = ["Grid"]
 
 AXES = ("xyz", "zyx")
+SUFFIXES = ARRAYS + MESHES + IMAGES
+FILE = f"the path of a file that ends in {', '.join(SUFFIXES)}, in quotes"
+SPACING, ORIGIN = "a positive number, or three", "three numbers"
+AXES_WORDS = '"xyz" or "zyx", the order of the indices of the array'
+LABEL = "a whole number, 1 or more: the label of the voxels inside"
+"""What is allowed, in words."""
 
 Triple = tuple[float, float, float]
 
@@ -21,7 +27,14 @@ Triple = tuple[float, float, float]
 class Grid:
     """φ from a file, as a C² spline on a grid."""
 
-    keys = ("file", "spacing", "origin", "axes", "label")
+    described: ClassVar = {
+        "file": Described("closed mesh, segmented stack, or level set that is negative inside", FILE),
+        "spacing": Described("size of a voxel along x, y, z, or spacing of the grid of a mesh (length)", SPACING),
+        "origin": Described("middle of the first voxel, or displacement of a mesh (length)", ORIGIN),
+        "axes": Described("indices of a stack", AXES_WORDS),
+        "label": Described("which voxels of a stack are inside; all that are not 0 if left out", LABEL),
+    }
+    keys = tuple(described)
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
         """The values with defaults filled in, and their faults.
@@ -84,9 +97,8 @@ def _from_file(
 
 
 def _path(value: Any, faults: list[Fault]) -> Path | None:
-    suffixes = ARRAYS + MESHES + IMAGES
-    if not isinstance(value, str) or ending(Path(value)) not in (*suffixes, KEPT):
-        faults.append((("file",), must_be(f"the path of a file that ends in {', '.join(suffixes)}, in quotes", value)))
+    if not isinstance(value, str) or ending(Path(value)) not in (*SUFFIXES, KEPT):
+        faults.append((("file",), must_be(FILE, value)))
         return None
     if not Path(value).is_file():
         faults.append(
@@ -103,7 +115,7 @@ def _spacing(value: Any, faults: list[Fault]) -> Triple | None:
     try:
         x, y, z = numbers(value if isinstance(value, tuple) else (value,) * 3, 3, Positive)
     except ValueError:
-        faults.append((("spacing",), must_be("a positive number, or three", value)))
+        faults.append((("spacing",), must_be(SPACING, value)))
         return None
     return x, y, z
 
@@ -114,7 +126,7 @@ def _origin(value: Any, faults: list[Fault]) -> Triple | None:
     try:
         x, y, z = numbers(value, 3)
     except ValueError:
-        faults.append((("origin",), must_be("three numbers", value)))
+        faults.append((("origin",), must_be(ORIGIN, value)))
         return None
     return x, y, z
 
@@ -126,9 +138,9 @@ def _of_stacks(key: str, value: Any, is_mesh: bool, faults: list[Fault]) -> Any:
     if is_mesh:
         faults.append(((key,), f" = {shown(value)}: is for stacks of voxels; leave it out for a mesh"))
     elif key == "axes" and value not in AXES:
-        faults.append(((key,), must_be('"xyz" or "zyx", the order of the indices of the array', value)))
+        faults.append(((key,), must_be(AXES_WORDS, value)))
     elif key == "label" and (type(value) is not int or value < 1):
-        faults.append(((key,), must_be("a whole number, 1 or more: the label of the voxels inside", value)))
+        faults.append(((key,), must_be(LABEL, value)))
     return value
 
 

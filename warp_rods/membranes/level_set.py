@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-__all__ = ["Box", "Data", "Fault", "Kind", "LevelSet", "MovingKind", "Values"]
+__all__ = ["Box", "Data", "Described", "Fault", "Kind", "LevelSet", "MovingKind", "Values"]
 
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [3]."""
@@ -47,12 +47,24 @@ class LevelSet:
     data: Data = Data()
 
 
+class Described(NamedTuple):
+    """What a key means, and what is allowed, in words; its default, None where there is none."""
+
+    meaning: str
+    words: str
+    default: Any = None
+
+
 class Kind(Protocol):
     """A kind of surface: it checks values and makes a level set from them."""
 
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of its values."""
+
+    @property
+    def described(self) -> Mapping[str, Described]:
+        """What each of them means, and what is allowed."""
 
     def read(self, raw: Values) -> tuple[dict[str, Any], list[Fault]]:
         """The values with defaults filled in, and their faults. Builds nothing."""

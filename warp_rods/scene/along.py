@@ -54,7 +54,10 @@ FormulaInTime = Annotated[str, AfterValidator(checked_formula("s", "t"))]
 class AtNodes(Table):
     """Values at the nodes of all rods, from the first end to the last."""
 
-    nodes: tuple[Number, ...] = Field(description="a list of numbers, one for each node")
+    nodes: tuple[Number, ...] = Field(
+        title="values from the first end to the last, the same for all rods",
+        description="a list of numbers, one for each node",
+    )
 
 
 def _kind(value: Any) -> str:

@@ -33,11 +33,13 @@ ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
 
 @dataclass(frozen=True)
 class Behaviour:
-    """The name of its number in ``kernels/free/behaviour.py``, and at most four parameters: name → key of ``ALLOWED``.
+    """What it does, the name of its number in ``kernels/free/behaviour.py``, and at most four parameters.
 
-    Each is one number for all rods, or one for each. The kernel gets them in this order. turns: whether it turns rods.
+    Those are name → key of ``ALLOWED``, each one number for all rods, or one for each. The kernel gets them in this
+    order. turns: whether it turns rods.
     """
 
+    meaning: str
     kernel: str
     parameters: Mapping[str, str]
     turns: bool = False
@@ -52,11 +54,15 @@ class Behaviour:
 
 
 BEHAVIOURS: dict[str, Behaviour] = {
-    "reversal": Behaviour("REVERSAL", {"rate": "rate"}),
-    "tumble": Behaviour("TUMBLE", {"rate": "rate", "duration": "duration", "turn": "angle"}, turns=True),
+    "reversal": Behaviour("at random times the target of the flagella changes its sign", "REVERSAL", {"rate": "rate"}),
+    "tumble": Behaviour(
+        "at random times each half has a random target for a while, and the rod turns",
+        "TUMBLE",
+        {"rate": "rate", "duration": "duration", "turn": "angle"},
+        turns=True,
+    ),
 }
-"""``reversal``: the target of the flagella changes its sign. ``tumble``: for a duration each half has a random one, and
-the flagella turn the rod."""
+"""Behaviours by name."""
 
 
 class BehaviourTable(Table):

@@ -72,17 +72,29 @@ def drag_of_rod(length: float, diameter: float, viscosity: float = 1.0, law: str
 class BodyTable(Table):
     """The body of swimmers in SI, by which one unit of length is L, of force f*L, and of time ζ∥L/f*."""
 
-    length: QuantityText[LENGTH] = Field(description='a length in quotes, such as "20 um": L of the rod')
-    diameter: QuantityText[LENGTH] = Field(description='a length in quotes, such as "0.8 um"')
-    viscosity: QuantityText[VISCOSITY] = Field(description='a viscosity in quotes, such as "1 mPa s"')
+    length: QuantityText[LENGTH] = Field(
+        title="length of the cell, one unit of length", description='a length in quotes, such as "20 um": L of the rod'
+    )
+    diameter: QuantityText[LENGTH] = Field(
+        title="diameter d of the cell, from which its drags follow", description='a length in quotes, such as "0.8 um"'
+    )
+    viscosity: QuantityText[VISCOSITY] = Field(
+        title="viscosity μ of the fluid", description='a viscosity in quotes, such as "1 mPa s"'
+    )
     speed: QuantityText[SPEED] | None = Field(
-        default=None, description='a speed in quotes, such as "25 um/s": f*/ζ∥ of a straight rod that is pushed alike'
+        default=None,
+        title="speed by which one unit of time is L/speed, in place of thrust",
+        description='a speed in quotes, such as "25 um/s": f*/ζ∥ of a straight rod that is pushed alike',
     )
     thrust: QuantityText[FORCE] | None = Field(
-        default=None, description='a force in quotes, such as "0.5 pN": f*L of a rod that is pushed alike'
+        default=None,
+        title="thrust of the flagella, one unit of force, in place of speed",
+        description='a force in quotes, such as "0.5 pN": f*L of a rod that is pushed alike',
     )
     drag: Literal["slender", "cylinder"] = Field(
-        default="slender", description='"slender", with ζ⊥ = 2ζ∥, or "cylinder", by the ratio of length and diameter'
+        default="slender",
+        title="law by which ζ∥, ζ⊥ and ζr follow from L, d and μ",
+        description='"slender", with ζ⊥ = 2ζ∥, or "cylinder", by the ratio of length and diameter',
     )
 
     @classmethod

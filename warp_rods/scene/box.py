@@ -50,49 +50,77 @@ KINDS = ", ".join(f'"{kind}"' for kind in list(ROOMS)[:-1]) + f' or "{list(ROOMS
 
 
 class Wall(Table):
-    """A soft wall: it pushes rods back by a force k (d + δ) per length where d > −δ, with d the distance outside it.
+    """A soft wall: it pushes rods back by a force k (d + δ) per length where d > −δ, with d the distance outside it."""
 
-    strength: k, range: δ.
-    """
-
-    strength: Positive = Field(default=2000.0, description="a positive number: force per length and depth")
+    strength: Positive = Field(
+        default=2000.0,
+        title="stiffness k of the wall (force/length²)",
+        description="a positive number: force per length and depth",
+    )
     range: Positive = Field(
-        default=0.05, description="a positive number: distance from the wall at which its force begins"
+        default=0.05,
+        title="range δ of the wall (length)",
+        description="a positive number: distance from the wall at which its force begins",
     )
 
 
 class Box(Table):
     """The space of swimmers: a periodic box, a slab, a surface from inside or outside, or a pore or duct."""
 
-    kind: Literal["periodic", "slab", "container", "pore", "duct"] = Field(description=KINDS)
+    kind: Literal["periodic", "slab", "container", "pore", "duct"] = Field(
+        title="shape of the region, and where it is periodic or has walls", description=KINDS
+    )
     size: tuple[Positive, ...] | None = Field(
-        default=None, description="positive numbers: the periods along x, y and z (of a slab: along x and y)"
+        default=None,
+        title="size of a periodic box or slab (length); a slab may have none",
+        description="positive numbers: the periods along x, y and z (of a slab: along x and y)",
     )
     fraction: Positive | None = Field(
         default=None,
+        title="share filled by cells as wide as the steric core, in place of size",
         description="a positive number below 1: the share of the volume (of a slab: of the area) that swimmers fill",
     )
-    height: Positive | None = Field(default=None, description="a positive number: the distance of a slab's walls")
+    height: Positive | None = Field(
+        default=None,
+        title="height h of a slab, between walls at z = ±h/2 (length)",
+        description="a positive number: the distance of a slab's walls",
+    )
     surface: SurfaceTable | None = Field(
-        default=None, description='a table as [surface], such as { kind = "sphere", radius = 3.0 }'
+        default=None,
+        title="surface of a container, any membrane at rest",
+        description='a table as [surface], such as { kind = "sphere", radius = 3.0 }',
     )
     side: Literal["inside", "outside"] | None = Field(
-        default=None, description='"inside" or "outside": on which side of the surface swimmers are'
+        default=None,
+        title="side of the surface of a container; inside if left out",
+        description='"inside" or "outside": on which side of the surface swimmers are',
     )
-    radius: Positive | None = Field(default=None, description="a positive number: of a pore")
+    radius: Positive | None = Field(
+        default=None, title="radius of the wall around the axis (length)", description="a positive number: of a pore"
+    )
     sides: tuple[Positive, Positive] | None = Field(
-        default=None, description="two positive numbers: the sides of the section of a duct"
+        default=None,
+        title="width of a duct along the two axes that follow its own (length)",
+        description="two positive numbers: the sides of the section of a duct",
     )
     length: Positive | None = Field(
-        default=None, description="a positive number: of a pore or duct, which is endless without it"
+        default=None,
+        title="length from one end to the other",
+        description="a positive number: of a pore or duct, which is endless without it",
     )
     axis: Literal["x", "y", "z"] | None = Field(
-        default=None, description='"x", "y" or "z": the direction of a pore or duct'
+        default=None,
+        title="axis of a pore or duct; x if left out",
+        description='"x", "y" or "z": the direction of a pore or duct',
     )
     ends: Literal["periodic", "closed"] | None = Field(
-        default=None, description='"periodic" or "closed": of a pore or duct with a length'
+        default=None,
+        title="whether rods that leave one end come in at the other, or meet a wall",
+        description='"periodic" or "closed": of a pore or duct with a length',
     )
-    wall: Wall | None = Field(default=None, description="a table { strength, range }")
+    wall: Wall | None = Field(
+        default=None, title="soft walls of all boxes but periodic ones", description="a table { strength, range }"
+    )
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from warp_rods.scene.parameters import known_within, unused
 from warp_rods.scene.per_rod import TAGS
 from warp_rods.values import hint, key_path, must_be, nearest, plain
 
-__all__ = ["Faults", "Table", "fault", "read_table"]
+__all__ = ["Faults", "Table", "fault", "meant", "read_table"]
 
 Faults = list[InitErrorDetails]
 
@@ -38,16 +38,25 @@ _Described: Any = type("_Described", (type(BaseModel),), {"__dir__": _own_member
 """The metaclass of tables; limits ``dir`` and thus ``help`` to their own members."""
 
 
+def meant(field: FieldInfo) -> str:
+    """What a key means, where its field says so, and what is allowed: "twist stiffness …: a positive number"."""
+    return ": ".join(filter(None, (field.title, field.description)))
+
+
 class Table(BaseModel, metaclass=_Described):  # type: ignore[misc]
-    """A table of a scene: frozen, without unknown keys. The description of a field states what is allowed."""
+    """A table of a scene: frozen, without unknown keys.
+
+    The title of a field says in a few words what it means, with its symbol or dimension; its description, which is also
+    part of error messages, what is allowed.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
-        """Add the keys and their allowed values to the docstring; remove the types of pydantic from the signature."""
+        """Add what keys mean, and what is allowed, to the docstring; remove types of pydantic from the signature."""
         fields = cls.model_fields
-        keys = [f"{name}: {field.description}" for name, field in fields.items()]
+        keys = [f"{name}: {meant(field)}" for name, field in fields.items()]
         cls.__doc__ = "\n".join([f"{cleandoc(cls.__doc__ or '')}\n", *keys])
         cls.__signature__ = Signature(
             [Parameter(name, Parameter.KEYWORD_ONLY, default=_default(field)) for name, field in fields.items()]

@@ -40,16 +40,27 @@ class MotionTable(Table):
     """How an end moves: times, and a vector at each, with a smooth curve between them. A file is read at once."""
 
     file: str | None = Field(
-        default=None, description="the path of a file with columns t, x, y, z (.csv, .tsv, .txt, .dat, .npy), in quotes"
+        default=None,
+        title="table of the motion, in units of the scene",
+        description="the path of a file with columns t, x, y, z (.csv, .tsv, .txt, .dat, .npy), in quotes",
     )
     times: tuple[Number, ...] | None = Field(
         default=None,
         min_length=FEWEST_TIMES,
         max_length=MOST_TIMES,
+        title="times of the points, with a smooth curve between them",
         description="a list of 4 or more increasing times, the first at or before 0",
     )
-    points: tuple[Vector, ...] | None = Field(default=None, description="a list of points [x, y, z], one for each time")
-    periodic: bool = Field(default=False, description="true or false: whether the motion is repeated")
+    points: tuple[Vector, ...] | None = Field(
+        default=None,
+        title="displacement of the end (length) or its rotation vector (radians)",
+        description="a list of points [x, y, z], one for each time",
+    )
+    periodic: bool = Field(
+        default=False,
+        title="what follows the last of the times",
+        description="true or false: whether the motion is repeated",
+    )
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -115,17 +126,41 @@ OR_TABLE = ", or a table { times, points } or { file }"
 class EndTable(Table):
     """One end of free rods: what holds it, and what moves or loads it."""
 
-    kind: Kind = Field(default="free", description='"free", "hinged" or "clamped"')
-    thrust: NumberEach | None = Field(default=None, description="a number" + OR_EACH + ": a force along the tangent")
-    torque: NumberEach | None = Field(default=None, description="a number" + OR_EACH + ": a couple about the tangent")
-    turning: NumberEach | None = Field(default=None, description="a number" + OR_EACH + ": a rate about the tangent")
-    force: Vector | None = Field(default=None, description="a force [x, y, z] in space")
-    couple: Vector | None = Field(default=None, description="a couple [x, y, z] in space")
+    kind: Kind = Field(
+        default="free",
+        title="whether nothing is held, the place, or the place and the direction",
+        description='"free", "hinged" or "clamped"',
+    )
+    thrust: NumberEach | None = Field(
+        default=None,
+        title="load on a free end that turns with the rod (f*L)",
+        description="a number" + OR_EACH + ": a force along the tangent",
+    )
+    torque: NumberEach | None = Field(
+        default=None,
+        title="load on a free or hinged end that turns with the rod (f*L²)",
+        description="a number" + OR_EACH + ": a couple about the tangent",
+    )
+    turning: NumberEach | None = Field(
+        default=None,
+        title="rate at which a clamped end is turned (f*/ζ∥L)",
+        description="a number" + OR_EACH + ": a rate about the tangent",
+    )
+    force: Vector | None = Field(
+        default=None, title="load on a free end (f*L)", description="a force [x, y, z] in space"
+    )
+    couple: Vector | None = Field(
+        default=None, title="load on a free or hinged end (f*L²)", description="a couple [x, y, z] in space"
+    )
     motion: MotionOrTable | None = Field(
-        default=None, description="a displacement of three numbers or formulas in t" + OR_TABLE
+        default=None,
+        title="where a held end is, counted from its place at t = 0 (L)",
+        description="a displacement of three numbers or formulas in t" + OR_TABLE,
     )
     rotation: MotionOrTable | None = Field(
-        default=None, description="a rotation vector of three numbers or formulas in t" + OR_TABLE
+        default=None,
+        title="how a clamped end is turned, counted from t = 0 (radians)",
+        description="a rotation vector of three numbers or formulas in t" + OR_TABLE,
     )
 
     @property

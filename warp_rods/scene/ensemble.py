@@ -34,9 +34,12 @@ class EnsembleTable(Table):
 
     name: str = Field(
         pattern=r"^[A-Za-z][A-Za-z0-9_]{0,63}$",
+        title="name of the ensemble, and of its group in the trajectory",
         description="a name of at most 64 letters, digits and _, that starts with a letter",
     )
-    count: int = Field(ge=1, le=MOST_RODS, description="a whole number, 1 or more, at most 10 million")
+    count: int = Field(
+        ge=1, le=MOST_RODS, title="number of rods", description="a whole number, 1 or more, at most 10 million"
+    )
 
     @property
     def node_count(self) -> int:

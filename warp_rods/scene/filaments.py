@@ -36,12 +36,20 @@ class Placement(Table):
     """Initial positions of filaments: points, directions [rod, 3], geodesic curvature [rod, node] in 1/length."""
 
     at: Literal["middle", "start"] = Field(
-        default="middle", description='"middle" or "start": which point of the rod is placed'
+        default="middle",
+        title="where on the filament its position is",
+        description='"middle" or "start": which point of the rod is placed',
     )
-    position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
-    direction: tuple[Direction, ...] = Field(description="a list of directions [dx, dy, dz], one for each rod")
+    position: tuple[Vector, ...] = Field(
+        title="places of the filaments, put onto the membrane (length)",
+        description="a list of points [x, y, z], one for each rod",
+    )
+    direction: tuple[Direction, ...] = Field(
+        title="directions of the tangent there", description="a list of directions [dx, dy, dz], one for each rod"
+    )
     geodesic_curvature: WordOrTable[FormulaText, Each[NumberEach]] = Field(
         default=0.0,
+        title="geodesic curvature Ω along the filament at the start (1/length)",
         description="a number, a formula of s, or a list that has for each rod a number or a list with one for each "
         "node",
     )
@@ -56,17 +64,31 @@ NO_TIP = ': filaments grow at free tips, and ends = ["clamped", "clamped"] has n
 class GrowthTable(Table):
     """Growth at the tips, at a rate (length per time) until a final length, or to given lengths at given times."""
 
-    rate: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
-    until: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
-    start: ZeroOrMoreEach | None = Field(default=None, description="0 or a positive number" + OR_EACH)
+    rate: PositiveEach | None = Field(
+        default=None, title="rate dL/dt at which the tips grow (length/time)", description="a positive number" + OR_EACH
+    )
+    until: PositiveEach | None = Field(
+        default=None, title="length L at which growth ends", description="a positive number" + OR_EACH
+    )
+    start: ZeroOrMoreEach | None = Field(
+        default=None,
+        title="time at which growth begins; 0 if left out",
+        description="0 or a positive number" + OR_EACH,
+    )
     time: EachVector[tuple[ZeroOrMore, ...]] | None = Field(
-        default=None, description="a list of increasing times, together with length" + OR_EACH
+        default=None,
+        title="times at which the length is given, in place of rate and until",
+        description="a list of increasing times, together with length" + OR_EACH,
     )
     length: EachVector[tuple[Positive, ...]] | None = Field(
-        default=None, description="a list of lengths that do not decrease, one for each time in time" + OR_EACH
+        default=None,
+        title="length L at each of the times",
+        description="a list of lengths that do not decrease, one for each time in time" + OR_EACH,
     )
     spacing: Positive | None = Field(
-        default=None, description="a positive number: the number of nodes is doubled before Δs exceeds it"
+        default=None,
+        title="largest spacing Δs of the nodes (length)",
+        description="a positive number: the number of nodes is doubled before Δs exceeds it",
     )
 
     @property
@@ -113,33 +135,56 @@ class FilamentsTable(EnsembleTable):
     FEWEST_NODES: ClassVar[int] = 9
 
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES)]] = Field(
-        description='a whole number, 9 or more, at most 100 000, or "auto"'
+        title='number of nodes along each rod; "auto" for as many as 1 % needs',
+        description='a whole number, 9 or more, at most 100 000, or "auto"',
     )
-    length: PositiveEach | None = Field(default=None, description="a positive number" + OR_EACH)
+    length: PositiveEach | None = Field(
+        default=None,
+        title="length L at the start; that of the shape if left out",
+        description="a positive number" + OR_EACH,
+    )
     stiffness: StiffnessAlong = Field(
-        description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_COMPONENTS
+        title="stiffnesses B1, B2, B3 (force·length²)",
+        description="3 positive numbers (twist, normal bending, geodesic bending)" + OR_COMPONENTS,
     )
     intrinsic: StrainsAlong = Field(
-        default=(0.0, 0.0, 0.0), description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_COMPONENTS
+        default=(0.0, 0.0, 0.0),
+        title="preferred strains σ1, σ2, σ3 (1/length); σ2 > 0 prefers convex membrane",
+        description="3 numbers (twist, normal curvature, geodesic curvature)" + OR_COMPONENTS,
     )
-    drag: DragAlong = Field(description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_COMPONENTS)
+    drag: DragAlong = Field(
+        title="drags ζ∥, ζ⊥ (force·time/length²) and ζr (force·time)",
+        description="3 numbers (along > 0, across > 0, rotational 0 or more)" + OR_COMPONENTS,
+    )
     parameters: ParametersEach | None = Field(
-        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH
+        default=None,
+        title="names of numbers for the formulas of this table",
+        description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH,
     )
     ends: tuple[Literal["free", "clamped"], Literal["free", "clamped"]] = Field(
-        default=("free", "free"), description='a pair such as ["free", "free"], each "free" or "clamped"'
+        default=("free", "free"),
+        title="first and last end; a clamped one is a nucleation site",
+        description='a pair such as ["free", "free"], each "free" or "clamped"',
     )
     placement: WordOrTable[Literal["random"], Placement] | None = Field(
-        default=None, description='"random" or a table { at, position, direction, geodesic_curvature }'
+        default=None,
+        title="where filaments start; random if left out, unless a shape says it",
+        description='"random" or a table { at, position, direction, geodesic_curvature }',
     )
     shape: FilamentShape | None = Field(
         default=None,
+        title="centre lines at the start, measured or from a run",
         description="a table { points, … } or { run, … }, which also says where they are",
     )
-    growth: GrowthTable | None = Field(default=None, description="a table { rate, until } or { time, length }")
+    growth: GrowthTable | None = Field(
+        default=None,
+        title="growth at the free tips; none if left out",
+        description="a table { rate, until } or { time, length }",
+    )
     bodies: tuple[Annotated[int, Field(ge=0)], ...] | None = Field(
         default=None,
         min_length=1,
+        title="which bodies carry filaments with random placement; all if left out",
         description="a list of whole numbers, 0 or more: bodies of the membrane, as warp-rods check lists them",
     )
 

@@ -39,10 +39,16 @@ WITHOUT_BEHAVIOUR = "a behaviour could break the symmetry"
 
 @dataclass(frozen=True)
 class LawParameter:
-    """A parameter of a law, common to all rods or one value per rod: its default, and a key of ``ALLOWED``."""
+    """A parameter of a law, common to all rods or one value per rod: meaning, default, and a key of ``ALLOWED``."""
 
+    meaning: str
     default: float
     allowed: str = "any number"
+
+    @property
+    def words(self) -> str:
+        """What is allowed."""
+        return ALLOWED[self.allowed][1] + OR_EACH
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,14 @@ LAWS: dict[str, Law] = {
     "relaxing": Law("RELAXING"),
     "held": Law("HELD", diffuses=False),
     "driven": Law(
-        "DRIVEN", {"front": LawParameter(1.0), "back": LawParameter(1.0), "steepness": LawParameter(10.0, "positive")}
+        "DRIVEN",
+        {
+            "front": LawParameter("target of the flagellar field f at s > 0 (f*)", 1.0),
+            "back": LawParameter("target of the flagellar field f at s < 0 (f*)", 1.0),
+            "steepness": LawParameter(
+                "factor of s in the tanh by which the target goes from back to front (1/L)", 10.0, "positive"
+            ),
+        },
     ),
 }
 """``relaxing``: τf ∂t f = (1 − f²) u0 + D f'' (4.12). ``held``: f stays as it is at the start, whatever τf and D.
@@ -113,19 +126,35 @@ def _one_of(table: Mapping[str, Any]) -> str:
 
 
 class FlagellaTable(Table):
-    """The flagellar field (4.12): relaxation time τf, diffusion D, initial profile, and activity law.
+    """The flagellar field (4.12): how it starts, and how it changes in time.
 
     A law may have parameters of its own besides these keys.
     """
 
     model_config = ConfigDict(extra="allow")
 
-    relaxation: PositiveEach = Field(default=1e-2, description="a positive number" + OR_EACH)
-    diffusion: ZeroOrMoreEach = Field(default=1e-3, description="0 or a positive number" + OR_EACH)
-    profile: Annotated[str, _known(PROFILES)] = Field(default="tanh", description=_one_of(PROFILES))
-    sharpness: Positive = Field(default=10.0, description="a positive number: the steepness of the profile tanh")
+    relaxation: PositiveEach = Field(
+        default=1e-2,
+        title="relaxation time τf of the flagellar field f (ζ∥L/f*)",
+        description="a positive number" + OR_EACH,
+    )
+    diffusion: ZeroOrMoreEach = Field(
+        default=1e-3,
+        title="diffusion D = ζ∥D_f/(f*L) of the flagellar field f",
+        description="0 or a positive number" + OR_EACH,
+    )
+    profile: Annotated[str, _known(PROFILES)] = Field(
+        default="tanh", title="flagellar field f(s) at the start", description=_one_of(PROFILES)
+    )
+    sharpness: Positive = Field(
+        default=10.0,
+        title="factor of s in f = −tanh(sharpness·s) at the start (1/L)",
+        description="a positive number: the steepness of the profile tanh",
+    )
     law: Annotated[str, _known(LAWS)] | None = Field(
-        default=None, description=f"{_one_of(LAWS)}; {DEFAULT_LAW} where left out"
+        default=None,
+        title="activity law, by which the flagellar field f changes in time",
+        description=f"{_one_of(LAWS)}; {DEFAULT_LAW} where left out",
     )
 
     @property
@@ -160,9 +189,9 @@ class FlagellaTable(Table):
 
 def _fault_of(value: Any, parameter: LawParameter) -> str:
     """The fault of a value of a parameter of a law; empty where there is none."""
-    kind, words = ALLOWED[parameter.allowed]
+    kind, _ = ALLOWED[parameter.allowed]
     try:
         TypeAdapter(kind, config=ConfigDict(strict=True)).validate_python(plain(value))
     except ValidationError:
-        return must_be(words + OR_EACH, value)
+        return must_be(parameter.words, value)
     return ""

@@ -37,8 +37,12 @@ class Profile:
 
 @dataclass(frozen=True)
 class FlowKey:
-    """A key of a flow: what is allowed, in words; its check, which raises ValueError; its default, None for none."""
+    """A key of a flow: what it means and what is allowed, in words; its check, which raises ValueError; its default.
 
+    The default is None for a key that must be given, and empty for one that may be left out.
+    """
+
+    meaning: str
     words: str
     check: Callable[[Any], Any]
     default: Any = None
@@ -86,17 +90,33 @@ def formula_fault(value: Any, names: tuple[str, ...]) -> str:
     return ""
 
 
-RATE = FlowKey("a number, in 1/time", number)
-SPEED = FlowKey("a number, in length/time", number)
-FORMULAS = FlowKey('three numbers or formulas in x, y, z and t, such as ["sin(y)", "0", "0"]', _three_formulas)
-RADIUS = FlowKey("a positive number", lambda value: number(value, Positive))
-ACROSS = FlowKey("a direction [x, y, z]", _direction, ())
-VECTOR = FlowKey("three numbers", lambda value: numbers(value, 3))
-CENTRE = FlowKey("a point [x, y, z]", lambda value: numbers(value, 3), (0.0, 0.0, 0.0))
+SPEED = FlowKey("speed on the axis of the pipe", "a number, in length/time", number)
+FORMULAS = FlowKey(
+    "velocity of the fluid (length/time)",
+    'three numbers or formulas in x, y, z and t, such as ["sin(y)", "0", "0"]',
+    _three_formulas,
+)
+RADIUS = FlowKey(
+    "radius of the pipe, at which the fluid rests (length)",
+    "a positive number",
+    lambda value: number(value, Positive),
+)
+VECTOR = FlowKey("velocity of the fluid (length/time)", "three numbers", lambda value: numbers(value, 3))
 
 
-def _along(*axis: float) -> FlowKey:
-    return FlowKey("a direction [x, y, z]", _direction, axis)
+def _rate(meaning: str) -> FlowKey:
+    return FlowKey(meaning, "a number, in 1/time", number)
+
+
+def _point(meaning: str) -> FlowKey:
+    return FlowKey(meaning, "a point [x, y, z]", lambda value: numbers(value, 3), (0.0, 0.0, 0.0))
+
+
+def _along(meaning: str, *axis: float) -> FlowKey:
+    return FlowKey(meaning, "a direction [x, y, z]", _direction, axis)
+
+
+CENTRE = _point("a point at which the fluid rests (length)")
 
 
 def unit(direction: Any) -> np.ndarray:
@@ -132,19 +152,34 @@ FLOWS: dict[str, FlowKind] = {
     "uniform": FlowKind({"velocity": VECTOR}, lambda v: Profile(velocity=np.array(v["velocity"]))),
     # u = rate (x·gradient) along ``direction``
     "shear": FlowKind(
-        {"rate": RATE, "direction": _along(1.0, 0.0, 0.0), "gradient": _along(0.0, 1.0, 0.0), "centre": CENTRE},
+        {
+            "rate": _rate("shear rate, by which the speed increases along the gradient"),
+            "direction": _along("direction of the flow", 1.0, 0.0, 0.0),
+            "gradient": _along("direction in which the speed increases", 0.0, 1.0, 0.0),
+            "centre": CENTRE,
+        },
         lambda v: Profile(gradient=v["rate"] * np.outer(unit(v["direction"]), unit(v["gradient"]))),
         perpendicular=("direction", "gradient"),
     ),
     # stretching along ``axis`` at this rate; squeezing all round at half of it, or along ``across`` at the same rate
     "extension": FlowKind(
-        {"rate": RATE, "axis": _along(1.0, 0.0, 0.0), "across": ACROSS, "centre": CENTRE},
+        {
+            "rate": _rate("rate of stretching along the axis"),
+            "axis": _along("direction of stretching", 1.0, 0.0, 0.0),
+            "across": _along("direction of squeezing; all round, at half the rate, if left out"),
+            "centre": CENTRE,
+        },
         _extension,
         perpendicular=("axis", "across"),
     ),
     # a pipe: ``speed`` on its axis, through ``centre``, and at rest at the ``radius``
     "poiseuille": FlowKind(
-        {"speed": SPEED, "radius": RADIUS, "axis": _along(1.0, 0.0, 0.0), "centre": CENTRE},
+        {
+            "speed": SPEED,
+            "radius": RADIUS,
+            "axis": _along("direction of the pipe", 1.0, 0.0, 0.0),
+            "centre": _point("a point on the axis of the pipe (length)"),
+        },
         _poiseuille,
     ),
     "formula": FlowKind({"velocity": FORMULAS}, lambda v: v["velocity"]),
@@ -157,9 +192,11 @@ class FlowTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    kind: str = Field(description="one of " + ", ".join(FLOWS))
+    kind: str = Field(title="kind of background flow", description="one of " + ", ".join(FLOWS))
     parameters: Parameters | None = Field(
-        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas"
+        default=None,
+        title="names of numbers for the formulas of this table",
+        description="a table of numbers by name, such as { k = 7.0 }, for formulas",
     )
 
     @property

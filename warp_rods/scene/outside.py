@@ -22,7 +22,10 @@ NONE = (0.0, 0.0, 0.0)
 class Gravity(Table):
     """The weight of rods less their buoyancy, the same for all: force per length in space."""
 
-    force: Vector = Field(description="three numbers: a force per length")
+    force: Vector = Field(
+        title="weight of a rod less its buoyancy, in space (force/length)",
+        description="three numbers: a force per length",
+    )
 
 
 def _formulas(value: Any) -> Any:
@@ -41,12 +44,22 @@ WORDS = "three numbers or formulas in x, y, z, s and t, "
 class ForceTable(Table):
     """A force per length and a couple per length, in space."""
 
-    on: tuple[str, ...] | None = Field(default=None, description="a list of names of ensembles, or left out for all")
-    force: ThreeFormulas = Field(default=NONE, description=WORDS + "a force per length")
-    couple: ThreeFormulas = Field(default=NONE, description=WORDS + "a couple per length")
+    on: tuple[str, ...] | None = Field(
+        default=None,
+        title="ensembles of swimmers and filaments on which it acts",
+        description="a list of names of ensembles, or left out for all",
+    )
+    force: ThreeFormulas = Field(
+        default=NONE, title="external force in space (force/length)", description=WORDS + "a force per length"
+    )
+    couple: ThreeFormulas = Field(
+        default=NONE, title="external couple in space (force)", description=WORDS + "a couple per length"
+    )
 
     parameters: Parameters | None = Field(
-        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas"
+        default=None,
+        title="names of numbers for the formulas of this table",
+        description="a table of numbers by name, such as { k = 7.0 }, for formulas",
     )
 
     @classmethod

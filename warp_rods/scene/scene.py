@@ -41,22 +41,77 @@ LARGEST_FILE = 100_000_000
 class Scene(Table):
     """What a run simulates: frozen tables, given as dicts or objects. Raises SceneError with a line for each fault."""
 
-    title: str = Field(default="", description="text in quotes")
-    seed: int = Field(default=0, ge=0, lt=2**63, description="a whole number from 0 to 2^63 − 1")
-    on_failure: Literal["stop", "continue"] | None = Field(default=None, description='"stop", "continue" or left out')
-    surface: SurfaceTable | None = Field(default=None, description="a table, [surface]")
-    filaments: tuple[FilamentsTable, ...] = Field(default=(), description="tables, each under [[filaments]]")
-    swimmers: tuple[SwimmersTable, ...] = Field(default=(), description="tables, each under [[swimmers]]")
-    cosserat: tuple[CosseratTable, ...] = Field(default=(), description="tables, each under [[cosserat]]")
-    box: Box | None = Field(default=None, description="a table, [box]")
-    steric: Steric | None = Field(default=None, description="a table, [steric]")
-    flow: FlowTable | None = Field(default=None, description="a table, [flow]")
-    gravity: Gravity | None = Field(default=None, description="a table, [gravity]")
-    forces: tuple[ForceTable, ...] = Field(default=(), description="tables, each under [[forces]]")
-    time: Time = Field(description="a table, [time], with an end")
-    units: Units | None = Field(default=None, description='a table, [units]; in these units "500 nm" is a number')
-    output: Output | None = Field(default=None, description="a table, [output]")
-    sweep: SweepTable | None = Field(default=None, description="a table, [sweep]")
+    title: str = Field(
+        default="", title="what the run is called in its pictures and files", description="text in quotes"
+    )
+    seed: int = Field(
+        default=0,
+        ge=0,
+        lt=2**63,
+        title="seed of all that is random, such as placement and behaviour",
+        description="a whole number from 0 to 2^63 − 1",
+    )
+    on_failure: Literal["stop", "continue"] | None = Field(
+        default=None,
+        title="whether the run ends or goes on when a rod is lost; it goes on if left out",
+        description='"stop", "continue" or left out',
+    )
+    surface: SurfaceTable | None = Field(
+        default=None, title="membrane φ = 0 on which filaments lie", description="a table, [surface]"
+    )
+    filaments: tuple[FilamentsTable, ...] = Field(
+        default=(), title="ensembles of rods bound to the membrane", description="tables, each under [[filaments]]"
+    )
+    swimmers: tuple[SwimmersTable, ...] = Field(
+        default=(),
+        title="ensembles of free active rods, dimensionless by L, f* and ζ∥",
+        description="tables, each under [[swimmers]]",
+    )
+    cosserat: tuple[CosseratTable, ...] = Field(
+        default=(),
+        title="ensembles of rods that stretch and shear, dimensionless as swimmers",
+        description="tables, each under [[cosserat]]",
+    )
+    box: Box | None = Field(
+        default=None, title="region of the swimmers; free space if left out", description="a table, [box]"
+    )
+    steric: Steric | None = Field(
+        default=None,
+        title="repulsion between rods; they pass through each other if left out",
+        description="a table, [steric]",
+    )
+    flow: FlowTable | None = Field(
+        default=None,
+        title="background flow for swimmers and filaments; fluid at rest if left out",
+        description="a table, [flow]",
+    )
+    gravity: Gravity | None = Field(
+        default=None,
+        title="weight of swimmers and filaments less buoyancy; none if left out",
+        description="a table, [gravity]",
+    )
+    forces: tuple[ForceTable, ...] = Field(
+        default=(),
+        title="forces and couples from outside on swimmers and filaments",
+        description="tables, each under [[forces]]",
+    )
+    time: Time = Field(
+        title="when the run ends, how its steps are chosen, how often it is saved",
+        description="a table, [time], with an end",
+    )
+    units: Units | None = Field(
+        default=None,
+        title="what one unit of length, time and force of the scene is",
+        description='a table, [units]; in these units "500 nm" is a number',
+    )
+    output: Output | None = Field(
+        default=None, title="what is saved of a run, and made of it at its end", description="a table, [output]"
+    )
+    sweep: SweepTable | None = Field(
+        default=None,
+        title="parameter study over keys of this scene; one run if left out",
+        description="a table, [sweep]",
+    )
 
     def __init__(self, /, **tables: Any):
         read, faults = in_scene_units(plain(tables))

@@ -1,4 +1,4 @@
-"""The JSON Schema of a scene, made from its tables: with it editors complete the keys of a scene, and check them.
+"""The JSON Schema of a scene, made from its tables: with it editors complete, check and explain its keys.
 
 What tables check together, as a list with one value for each rod, is left to ``warp-rods check``.
 """
@@ -8,20 +8,20 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from inspect import cleandoc
-from typing import Any
+from typing import Any, NamedTuple
 
 from warp_rods.membranes.catalogue import KINDS
 from warp_rods.scene.behaviour import BEHAVIOURS, BehaviourTable
-from warp_rods.scene.checks import Table
+from warp_rods.scene.checks import Table, meant
 from warp_rods.scene.dimensions import DIMENSIONS
-from warp_rods.scene.flagella import ALLOWED, LAWS, FlagellaTable
+from warp_rods.scene.flagella import LAWS, FlagellaTable
 from warp_rods.scene.flows import FLOWS, FlowTable
-from warp_rods.scene.per_rod import OR_EACH
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.sweep import SweepTable
 from warp_rods.scene.tables import SurfaceTable
+from warp_rods.values import plain
 
-__all__ = ["DRAFT", "schema", "schema_text"]
+__all__ = ["DRAFT", "meanings", "schema", "schema_text"]
 
 DRAFT = "http://json-schema.org/draft-04/schema#"
 """The last draft that taplo knows, which completes and checks TOML in most editors."""
@@ -29,6 +29,8 @@ PLACE = "#/definitions/"
 QUANTITY = {"type": "string", "pattern": "^[-+0-9.].*[A-Za-zµ]", "description": "a number with a unit"}
 """``"500 nm"``, where a number has a dimension."""
 WITH_UNITS = {path.rpartition(".")[2] for path in DIMENSIONS}
+KINDS_OF: Mapping[type[Table], Iterable[str]] = {SurfaceTable: KINDS, FlowTable: FLOWS}
+"""Tables whose ``kind`` is the name of a row of another table, and those names."""
 WORDS = {"prefixItems": "items", "oneOf": "anyOf"}
 """Words of later drafts in those of this one. An empty list is one of many things, hence ``anyOf``."""
 
@@ -60,39 +62,69 @@ def _table(table: type[Table], part: Mapping[str, Any]) -> dict[str, Any]:
     made = _older(part)
     made.pop("title")
     made["description"] = cleandoc(table.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
-    made["properties"] = {key: _key(key, value) for key, value in made["properties"].items()}
+    made["properties"] = {key: _key(key, value, table) for key, value in made["properties"].items()}
     required = [key for key in made.pop("required", []) if key not in table.filled({})]
     if required:
         made["required"] = required
-    own, kinds = _own_keys(table)
-    made["properties"] |= {key: {"description": words} for key, words in own.items() if key not in made["properties"]}
-    made["properties"] |= {key: {**made["properties"][key], "enum": names} for key, names in kinds.items()}
+    made["properties"] |= {key: _of_rows(rows) for key, rows in _own_keys(table).items()}
+    if table in KINDS_OF:
+        made["properties"]["kind"]["enum"] = list(KINDS_OF[table])
     return made | {"additionalProperties": table is SweepTable}
 
 
-def _own_keys(table: type[Table]) -> tuple[dict[str, str], dict[str, list[str]]]:
-    """Keys with descriptions that come from the table of the kinds of a thing, and the names of these kinds by key."""
-    rows: list[tuple[str, str]] = []
-    kinds: dict[str, list[str]] = {}
+def meanings(table: type[Table]) -> dict[str, list[str]]:
+    """What each key of a table means, in words: of keys that depend on its kind one text or more."""
+    own = {key: list(dict.fromkeys(row.meaning for row in rows)) for key, rows in _own_keys(table).items()}
+    return {key: [field.title or ""] for key, field in table.model_fields.items()} | own
+
+
+class _Row(NamedTuple):
+    """A key that things of one kind have: the kind, empty for a key of all; meaning, what is allowed, default."""
+
+    kind: str
+    meaning: str
+    words: str
+    default: Any = None
+
+
+def _own_keys(table: type[Table]) -> dict[str, list[_Row]]:
+    """The keys that come from the table of the kinds of a thing."""
+    rows: list[tuple[str, _Row]] = []
     if table is SurfaceTable:
-        rows, kinds = [(key, f"of {kind}") for kind, row in KINDS.items() for key in row.keys], {"kind": list(KINDS)}
+        rows = [(key, _Row(kind, *one)) for kind, row in KINDS.items() for key, one in row.described.items()]
     elif table is FlowTable:
-        rows = [(key, f"{kind}: {one.words}") for kind, row in FLOWS.items() for key, one in row.keys.items()]
-        kinds = {"kind": list(FLOWS)}
+        keys = [(kind, key, one) for kind, row in FLOWS.items() for key, one in row.keys.items()]
+        rows = [(key, _Row(kind, one.meaning, one.words, one.default or None)) for kind, key, one in keys]
     elif table is FlagellaTable:
         own = [(key, law, one) for law, row in LAWS.items() for key, one in row.parameters.items()]
-        rows = [(key, f"{law}: {ALLOWED[one.allowed][1]}{OR_EACH}") for key, law, one in own]
+        rows = [(key, _Row(law, one.meaning, one.words, one.default)) for key, law, one in own]
     elif table is BehaviourTable:
-        rows = [(name, f"a table {{ {', '.join(row.parameters)} }}") for name, row in BEHAVIOURS.items()]
-    keys: dict[str, list[str]] = {}
-    for key, words in rows:
-        keys.setdefault(key, []).append(words)
-    return {key: "; ".join(words) for key, words in keys.items()}, kinds
+        tables = {name: f"a table {{ {', '.join(row.parameters)} }}" for name, row in BEHAVIOURS.items()}
+        rows = [(name, _Row("", row.meaning, tables[name])) for name, row in BEHAVIOURS.items()]
+    found: dict[str, list[_Row]] = {}
+    for key, row in rows:
+        found.setdefault(key, []).append(row)
+    return found
 
 
-def _key(key: str, value: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a key: a reference beside a description would hide it."""
-    value.pop("title", None)
+def _of_rows(rows: Iterable[_Row]) -> dict[str, Any]:
+    """The schema of a key that things of some kinds have: each meaning with its kinds, and a default if all have it."""
+    kinds: dict[str, list[str]] = {}
+    for row in rows:
+        kinds.setdefault(f"{row.meaning}: {row.words}", []).append(row.kind)
+    texts = [f"{text} ({', '.join(names)})" if any(names) else text for text, names in kinds.items()]
+    made: dict[str, Any] = {"description": "; ".join(texts)}
+    first, *others = [row.default for row in rows]
+    return made if first is None or any(other != first for other in others) else {"default": first, **made}
+
+
+def _key(key: str, value: dict[str, Any], table: type[Table]) -> dict[str, Any]:
+    """The schema of a key, with its meaning before what is allowed: a reference beside a description would hide it."""
+    field = table.model_fields[key]
+    value.pop("title")
+    value["description"] = meant(field)
+    if field.default_factory is not None:
+        value["default"] = plain(field.get_default(call_default_factory=True))
     if key in WITH_UNITS:
         value = _or_quantity(value)
     reference = value.pop("$ref", None)

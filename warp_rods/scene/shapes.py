@@ -94,22 +94,53 @@ class Start(Table):
     KINDS: ClassVar[Mapping[str, Kind]]
 
     points: Each[str] | None = Field(
-        default=None, description=f"the path of a file of points ({', '.join(READERS)}), in quotes{OR_EACH}"
+        default=None,
+        title="measured centre line, whose points are in order along it",
+        description=f"the path of a file of points ({', '.join(READERS)}), in quotes{OR_EACH}",
     )
     smoothing: Smoothing | None = Field(
         default=None,
+        title='smoothing of the centre line (length); "4 points" if left out',
         description='a number, 0 or more: the wavelength that is halved; or a number of points, such as "4 points"',
     )
-    reverse: bool | None = Field(default=None, description="true or false: whether the rod begins at the last point")
-    frame: Each[int] | None = Field(
-        default=None, description="a whole number: which frame, from the end where it is negative" + OR_EACH
+    reverse: bool | None = Field(
+        default=None,
+        title="direction in which the points are taken",
+        description="true or false: whether the rod begins at the last point",
     )
-    time: NumberEach | None = Field(default=None, description="a number: the time of the frame" + OR_EACH)
-    worm: Each[WordOrTable[str, int]] | None = Field(default=None, description="the id of a worm" + OR_EACH)
-    branch: Whole | None = Field(default=None, description="a whole number: the id of the tip of a path" + OR_EACH)
-    run: str | None = Field(default=None, description="the path of a run folder, in quotes")
-    ensemble: str | None = Field(default=None, description="the name of an ensemble of the run, in quotes")
-    rod: Whole | None = Field(default=None, description="a whole number, 0 or more: which rod of the run" + OR_EACH)
+    frame: Each[int] | None = Field(
+        default=None,
+        title="which line of a file, or frame of a run; the last of a run if left out",
+        description="a whole number: which frame, from the end where it is negative" + OR_EACH,
+    )
+    time: NumberEach | None = Field(
+        default=None,
+        title="time at which the line or frame is chosen, in place of frame",
+        description="a number: the time of the frame" + OR_EACH,
+    )
+    worm: Each[WordOrTable[str, int]] | None = Field(
+        default=None, title="worm of a file of midlines (WCON)", description="the id of a worm" + OR_EACH
+    )
+    branch: Whole | None = Field(
+        default=None,
+        title="path in a traced tree (SWC)",
+        description="a whole number: the id of the tip of a path" + OR_EACH,
+    )
+    run: str | None = Field(
+        default=None,
+        title="run whose rods are taken at a frame, with twist and activity",
+        description="the path of a run folder, in quotes",
+    )
+    ensemble: str | None = Field(
+        default=None,
+        title="where the rods of a run are; the one of this name, or the only one, if left out",
+        description="the name of an ensemble of the run, in quotes",
+    )
+    rod: Whole | None = Field(
+        default=None,
+        title="rod of the run; each takes the one of its own number if left out",
+        description="a whole number, 0 or more: which rod of the run" + OR_EACH,
+    )
 
     @property
     def from_file(self) -> bool:
@@ -177,22 +208,44 @@ class ShapeTable(Start):
     KINDS: ClassVar[Mapping[str, Kind]] = SHAPES
 
     kind: Literal["mode", "writhe", "straight", "formula", "points", "run"] = Field(
-        default="mode", description="one of " + ", ".join(f'"{name}"' for name in SHAPES)
+        default="mode",
+        title="what the shape at the start is made of",
+        description="one of " + ", ".join(f'"{name}"' for name in SHAPES),
     )
     mode: int | None = Field(
-        default=None, ge=0, le=MOST_NODES // 2, description="a whole number, 0 or more, at most 50 000"
+        default=None,
+        ge=0,
+        le=MOST_NODES // 2,
+        title="number of the beam mode; 0, the lowest, if left out",
+        description="a whole number, 0 or more, at most 50 000",
     )
-    amplitude: NumberEach | None = Field(default=None, description="a number" + OR_EACH)
-    bend: Formula | None = Field(default=None, description=FORMULA + ": another name of bend2")
-    bend1: Formula | None = Field(default=None, description=FORMULA + ": Ω₁, bending across the plane of the modes")
-    bend2: Formula | None = Field(default=None, description=FORMULA + ": Ω₂, bending in the plane of the modes")
-    twist: Formula | None = Field(default=None, description=FORMULA + ": Ω₀")
+    amplitude: NumberEach | None = Field(
+        default=None,
+        title="amplitude A of the beam mode or writhe, or factor of the formulas; 1 if left out",
+        description="a number" + OR_EACH,
+    )
+    bend: Formula | None = Field(
+        default=None, title="bending at the start (1/L)", description=FORMULA + ": another name of bend2"
+    )
+    bend1: Formula | None = Field(
+        default=None,
+        title="bending about the second director at the start (1/L)",
+        description=FORMULA + ": Ω₁, bending across the plane of the modes",
+    )
+    bend2: Formula | None = Field(
+        default=None,
+        title="bending about the third director at the start (1/L)",
+        description=FORMULA + ": Ω₂, bending in the plane of the modes",
+    )
+    twist: Formula | None = Field(default=None, title="twist at the start (1/L)", description=FORMULA + ": Ω₀")
     perturbation: ZeroOrMoreEach | None = Field(
         default=None,
+        title="random bending added at the start, in the first six beam modes",
         description="0 or a positive number" + OR_EACH + ": the size of a random bending, by the seed of the scene",
     )
     balanced: bool | None = Field(
         default=None,
+        title="what twist a coiled rod has at the start",
         description="true or false: whether the twist of a writhe balances the active torque, or is (C.63) as printed",
     )
 
@@ -202,9 +255,13 @@ class FilamentShape(Start):
 
     KINDS: ClassVar[Mapping[str, Kind]] = FILAMENT_SHAPES
 
-    kind: Literal["points", "run"] = Field(description='"points" or "run"')
+    kind: Literal["points", "run"] = Field(
+        title="what the shape at the start is made of", description='"points" or "run"'
+    )
     scale: Positive | None = Field(
-        default=None, description="a positive number: what one unit of the points is, in units of the scene"
+        default=None,
+        title="unit of the points (length); that of the file if left out",
+        description="a positive number: what one unit of the points is, in units of the scene",
     )
 
 

@@ -43,13 +43,24 @@ class SweepTable(Table):
         Annotated[int, Field(ge=1, le=MOST_VALUES), Tag(ONE)]
         | Annotated[tuple[Seed, ...], Field(min_length=1), Tag(EACH)],
         Discriminator(lambda value: EACH if is_list(value) else ONE),
-    ] = Field(default=1, description="a whole number of seeds, 1 or more, or a list of seeds")
-    measure: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
-        description='a list of names of measures in quotes, such as ["speed", "class"]'
+    ] = Field(
+        default=1,
+        title="random starts of each point, how many or which",
+        description="a whole number of seeds, 1 or more, or a list of seeds",
     )
-    keep: Literal["summary", "trajectory"] = Field(default="summary", description='"summary" or "trajectory"')
+    measure: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        title="what is measured at each point of the study",
+        description='a list of names of measures in quotes, such as ["speed", "class"]',
+    )
+    keep: Literal["summary", "trajectory"] = Field(
+        default="summary",
+        title="whether a point leaves its measures only, or is a run with a folder",
+        description='"summary" or "trajectory"',
+    )
     refine: Annotated[int, Field(ge=0, le=8)] = Field(
-        default=0, description="a whole number from 0 to 8: how often ranges are halved where neighbours differ"
+        default=0,
+        title="rounds of refinement, in which points are added",
+        description="a whole number from 0 to 8: how often ranges are halved where neighbours differ",
     )
 
     @property

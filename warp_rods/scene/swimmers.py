@@ -33,9 +33,14 @@ __all__ = ["Arrangement", "FreePlacement", "ShapeTable", "SwimmersTable"]
 class FreePlacement(Table):
     """Initial positions of swimmers: middle points and directions of the tangent there [rod, 3]."""
 
-    position: tuple[Vector, ...] = Field(description="a list of points [x, y, z], one for each rod")
+    position: tuple[Vector, ...] = Field(
+        title="places of the middle of each rod, or of its held end (L)",
+        description="a list of points [x, y, z], one for each rod",
+    )
     direction: tuple[Direction, ...] | None = Field(
-        None, description="a list of directions [dx, dy, dz], one for each rod; along x where left out"
+        None,
+        title="directions of the tangent there",
+        description="a list of directions [dx, dy, dz], one for each rod; along x where left out",
     )
 
 
@@ -52,8 +57,12 @@ def _odd(nodes: int) -> int:
 class NaturalBend(Table):
     """Natural bending about the second and about the third director."""
 
-    second: NumberAlong = Field(default=0.0, description="a number" + OR_IN_TIME)
-    third: NumberAlong = Field(default=0.0, description="a number" + OR_IN_TIME)
+    second: NumberAlong = Field(
+        default=0.0, title="natural bending Ω₁ about the second director (1/L)", description="a number" + OR_IN_TIME
+    )
+    third: NumberAlong = Field(
+        default=0.0, title="natural bending Ω₂ about the third director (1/L)", description="a number" + OR_IN_TIME
+    )
 
 
 def _bend_or_both(value: Any) -> str:
@@ -71,43 +80,79 @@ class SwimmersTable(EnsembleTable):
     FEWEST_NODES: ClassVar[int] = 17
 
     nodes: OrAuto[Annotated[int, Field(ge=FEWEST_NODES, le=MOST_NODES), AfterValidator(_odd)]] = Field(
-        description='an odd whole number, 17 or more, at most 100 000, or "auto"'
+        title='number of nodes along each rod; "auto" for as many as 1 % needs',
+        description='an odd whole number, 17 or more, at most 100 000, or "auto"',
     )
     body: BodyTable | None = Field(
-        default=None, description="a table { length, diameter, viscosity, speed } in SI, or thrust in place of speed"
+        default=None,
+        title="the cell in SI, from which [units] and the drags follow",
+        description="a table { length, diameter, viscosity, speed } in SI, or thrust in place of speed",
     )
-    bend: PositiveAlong = Field(description="a positive number" + OR_ALONG)
-    twist: PositiveAlong = Field(description="a positive number" + OR_ALONG)
-    moment: NumberEach = Field(default=0.0, description="a number" + OR_EACH)
-    couple: NumberAlong | None = Field(default=None, description="a number" + OR_IN_TIME)
-    drag_ratio: PositiveAlong = Field(default=2.0, description="a positive number" + OR_ALONG)
-    drag_along: PositiveAlong | None = Field(default=None, description="a positive number" + OR_ALONG)
-    rotational_drag: PositiveAlong = Field(default=3e-3, description="a positive number" + OR_ALONG)
+    bend: PositiveAlong = Field(title="bending stiffness β⊥ = B⊥/(f*L³)", description="a positive number" + OR_ALONG)
+    twist: PositiveAlong = Field(title="twist stiffness β∥ = B∥/(f*L³)", description="a positive number" + OR_ALONG)
+    moment: NumberEach = Field(
+        default=0.0,
+        title="active moment M; the flagella exert M f per length about the tangent (L)",
+        description="a number" + OR_EACH,
+    )
+    couple: NumberAlong | None = Field(
+        default=None,
+        title="external couple per length about the tangent (f*L); 0 if left out",
+        description="a number" + OR_IN_TIME,
+    )
+    drag_ratio: PositiveAlong = Field(
+        default=2.0, title="drag ratio η = ζ⊥/ζ∥", description="a positive number" + OR_ALONG
+    )
+    drag_along: PositiveAlong | None = Field(
+        default=None,
+        title="drag ζ∥, in units of that by which all is dimensionless; 1 if left out",
+        description="a positive number" + OR_ALONG,
+    )
+    rotational_drag: PositiveAlong = Field(
+        default=3e-3,
+        title="rotational drag ηr = ζr/(ζ∥L²) about the tangent",
+        description="a positive number" + OR_ALONG,
+    )
     parameters: ParametersEach | None = Field(
-        default=None, description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH
+        default=None,
+        title="names of numbers for the formulas of this table",
+        description="a table of numbers by name, such as { k = 7.0 }, for formulas" + OR_EACH,
     )
     natural_bend: BendOrBoth | None = Field(
-        default=None, description="a number" + OR_IN_TIME + ", or a table { second, third } of two such values"
+        default=None,
+        title="natural bending Ω₂ of the material, or Ω₁ and Ω₂ (1/L); 0 if left out",
+        description="a number" + OR_IN_TIME + ", or a table { second, third } of two such values",
     )
-    natural_twist: NumberAlong | None = Field(default=None, description="a number" + OR_IN_TIME)
+    natural_twist: NumberAlong | None = Field(
+        default=None, title="natural twist Ω₀ of the material (1/L); 0 if left out", description="a number" + OR_IN_TIME
+    )
     ends: tuple[EndOrKind, EndOrKind] | None = Field(
         default=None,
+        title="what holds, moves or loads the ends; both are free if left out",
         description='two ends, the first and the last, each "free", "hinged", "clamped", or a table { kind, … }',
     )
     flagella: FlagellaTable = Field(
         default_factory=FlagellaTable,
+        title="flagellar field f, the active force per length along the tangent",
         description="a table { relaxation, diffusion, profile, sharpness, law }",
     )
     behaviour: BehaviourTable | None = Field(
-        default=None, description="a table of behaviours, such as { reversal = { rate = 0.5 } }"
+        default=None,
+        title="what the flagella do at random times, with the law driven",
+        description="a table of behaviours, such as { reversal = { rate = 0.5 } }",
     )
     shape: ShapeTable = Field(
         default_factory=ShapeTable,
+        title="shape of the rods at the start",
         description="a table such as { mode, amplitude }, { bend, twist }, { points, smoothing } or { run, frame }",
     )
-    symmetric: bool = Field(default=False, description="true or false")
+    symmetric: bool = Field(
+        default=False, title="whether the symmetry under rotation by π is kept exactly", description="true or false"
+    )
     placement: WordOrTable[Arrangement, FreePlacement] | None = Field(
-        default=None, description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}"
+        default=None,
+        title="where rods start; at the origin along x, or random in a box, if left out",
+        description=f"a table {{ position, direction }}, or in a box one of {', '.join(ARRANGEMENTS)}",
     )
 
     @classmethod

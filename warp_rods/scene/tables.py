@@ -22,7 +22,7 @@ class SurfaceTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    kind: str = Field(description="one of " + ", ".join(KINDS))
+    kind: str = Field(title="kind of membrane", description="one of " + ", ".join(KINDS))
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -44,11 +44,14 @@ def _read(data: dict[str, Any]) -> tuple[dict[str, Any], list]:
 
 
 class Steric(Table):
-    """Steric repulsion (5.39): strength g0, range a, core ε."""
+    """Steric repulsion of rods (5.39)."""
 
-    strength: ZeroOrMore = Field(description="0 or a positive number")
-    range: Positive = Field(description="a positive number")
-    core: Positive = Field(description="a positive number")
+    strength: ZeroOrMore = Field(
+        title="strength g0 (force); rods that cross feel a barrier of about g0 a exp(−ε/a)/2",
+        description="0 or a positive number",
+    )
+    range: Positive = Field(title="range a of the repulsion (length)", description="a positive number")
+    core: Positive = Field(title="core ε, at least the spacing of the nodes (length)", description="a positive number")
 
 
 class Time(Table):
@@ -58,10 +61,20 @@ class Time(Table):
     length of a rod (default 0.01).
     """
 
-    end: Positive = Field(description="a positive number")
-    step: Positive | None = Field(default=None, description="a positive number, or left out")
-    tolerance: Tolerance | None = Field(default=None, description="a number between 1e-8 and 0.1, or left out")
-    save_every: Positive = Field(description="a positive number")
+    end: Positive = Field(title="time at which the run ends", description="a positive number")
+    step: Positive | None = Field(
+        default=None,
+        title="time that every step takes; steps follow their error if left out",
+        description="a positive number, or left out",
+    )
+    tolerance: Tolerance | None = Field(
+        default=None,
+        title="error at the end, of places in L and of strains in 1/L; 0.01 if left out",
+        description="a number between 1e-8 and 0.1, or left out",
+    )
+    save_every: Positive = Field(
+        title="time between saved frames; end/100 if left out", description="a positive number"
+    )
 
     @classmethod
     def filled(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -92,14 +105,20 @@ class Output(Table):
     when a scene is laid out.
     """
 
-    usd: bool = Field(default=True, description="true or false")
-    poster: bool = Field(default=True, description="true or false")
-    film: bool = Field(default=False, description="true or false")
+    usd: bool = Field(default=True, title="whether an animation is made at the end", description="true or false")
+    poster: bool = Field(default=True, title="whether a picture of three frames is made", description="true or false")
+    film: bool = Field(
+        default=False, title="whether a film in MP4 is made, for which ffmpeg is needed", description="true or false"
+    )
     variables: tuple[str, ...] | None = Field(
-        default=None, description="a list of names of variables in quotes, or left out for all of them"
+        default=None,
+        title="what is saved besides position, status and time",
+        description="a list of names of variables in quotes, or left out for all of them",
     )
     frames_per_file: Annotated[int, Field(ge=1)] | None = Field(
-        default=None, description="a whole number, 1 or more, or left out"
+        default=None,
+        title="frames in each file of the trajectory; what fits in 256 MB if left out",
+        description="a whole number, 1 or more, or left out",
     )
 
 

@@ -55,12 +55,19 @@ QuantityText: Any = _OfDimension()
 class Units(Table):
     """What one unit of length, time and force of the scene is. Quantities with a unit need those of their dimension."""
 
-    length: QuantityText[LENGTH] = Field(description='a positive number and a unit of length in quotes, such as "1 um"')
+    length: QuantityText[LENGTH] = Field(
+        title="what one unit of length is",
+        description='a positive number and a unit of length in quotes, such as "1 um"',
+    )
     time: QuantityText[TIME] | None = Field(
-        default=None, description='a positive number and a unit of time in quotes, such as "1 s", or left out'
+        default=None,
+        title="what one unit of time is, for quantities that have it",
+        description='a positive number and a unit of time in quotes, such as "1 s", or left out',
     )
     force: QuantityText[FORCE] | None = Field(
-        default=None, description='a positive number and a unit of force in quotes, such as "1 pN", or left out'
+        default=None,
+        title="what one unit of force is, for quantities that have it",
+        description='a positive number and a unit of force in quotes, such as "1 pN", or left out',
     )
 
     @property

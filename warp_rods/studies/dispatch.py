@@ -1,8 +1,8 @@
 """Tasks with the scheduler of a cluster: some at a time, what becomes of them, and who does them again.
 
 Only a few for each worker are with it: a million at once would cost it minutes and gigabytes before the first
-one starts (docs/cluster.md). What a task found is in the store before the scheduler hears of it: a worker, the scheduler
-or this client may be lost at any moment, and a task may be done twice, with the same bits.
+one starts (docs/cluster.md). What a task found is in the store before the scheduler hears of it: a worker, the
+scheduler or this client may be lost at any moment, and a task may be done twice, with the same bits.
 """
 
 from __future__ import annotations

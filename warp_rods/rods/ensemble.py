@@ -10,7 +10,7 @@ import logging
 from abc import abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, Generic, NamedTuple, Never, Self, SupportsFloat, SupportsIndex, TypeVar, overload
+from typing import Any, Generic, NamedTuple, Never, Protocol, Self, SupportsFloat, SupportsIndex, TypeVar, overload
 
 import numpy as np
 import warp as wp
@@ -106,6 +106,18 @@ class Parameter(Fixed[np.ndarray]):
     """A parameter of the rods as a read-only attribute [rod] or [rod, component], which ``parameters`` lists."""
 
 
+class Launches(Protocol):
+    """The launches of a step of one kind of rods, which the methods of an ensemble with like names make."""
+
+    def try_step(self) -> None: ...
+
+    def give_up(self, allowed: float) -> None: ...
+
+    def accept(self) -> None: ...
+
+    def reject(self) -> None: ...
+
+
 class Ensemble(Readings):
     """``count`` rods of ``nodes`` nodes each, one batch on one device. NumPy in, NumPy out; no files.
 
@@ -113,6 +125,7 @@ class Ensemble(Readings):
     """
 
     _unlisted = FOR_THE_LOOP
+    _launches: Launches
     step_tolerance: float
     """Error allowed in a step, in units of that at the end: errors add up, and periodic motion drifts in phase."""
     count = Fixed[int]("Number of rods.")
@@ -295,27 +308,34 @@ class Ensemble(Readings):
     def show(self) -> None:
         """Put ``position_array`` at the present state, where steps leave it elsewhere."""
 
-    @abstractmethod
     def try_step(self) -> None:
         """Launch the rest of a step: its result and its error, which are kept beside the present state."""
+        self._launches.try_step()
 
-    @abstractmethod
     def error_of_step(self) -> np.ndarray:
         """Error of the step tried [rod]: of strains over 1/L and their own, of places over L; negative for frozen rods.
 
         Infinite where the result is not valid.
         """
+        with exclusive:
+            return to_host(self._step_error)
 
+    @property
     @abstractmethod
+    def _step_error(self) -> wp.array:
+        """``error_of_step`` on the device [rod]."""
+
     def give_up(self, allowed: float) -> None:
         """Launch what makes the results of rods whose error is above ``allowed`` invalid: no step may be shorter."""
+        self._launches.give_up(allowed)
 
-    @abstractmethod
     def accept_step(self) -> None:
         """Launch what makes the result of the step tried the present state; rods without a valid one are frozen."""
+        self._launches.accept()
 
     def reject_step(self) -> None:
         """Count the step tried as repeated; the present state is as it was."""
+        self._launches.reject()
 
     def finish_step(self) -> None:
         """Advance the time on the host after a step that was accepted."""

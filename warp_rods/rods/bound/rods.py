@@ -63,6 +63,7 @@ class BoundRods(BoundReadings, Ensemble):
 
     saved = FILAMENT_VARIABLES
     step_tolerance = 5e-4
+    _launches: BoundLaunches
 
     length = Parameter("Length at the start [rod].")
     stiffness = Parameter("Stiffness B of twist, normal and geodesic bending [rod, 3], or [rod, node, 3]; at t = 0.")
@@ -218,26 +219,14 @@ class BoundRods(BoundReadings, Ensemble):
                     self._tiled(getattr(self._f, name)).assign(self._along[name].at(time, self.nodes))
         self._along_time = time
 
-    def try_step(self) -> None:
-        """Launch the rest of a step: its result and its error."""
-        self._launches.try_step()
-
-    def error_of_step(self) -> np.ndarray:
+    @property
+    def _step_error(self) -> wp.array:
         """Error of the step tried [rod]: of L Ω over 1 + L Ω, the angle, and the place over L; infinite: not valid."""
-        with exclusive:
-            return to_host(self._arrays.plan.error)
-
-    def give_up(self, allowed: float) -> None:
-        """Launch what makes the results of rods whose error is above ``allowed`` invalid."""
-        self._launches.give_up(allowed)
-
-    def reject_step(self) -> None:
-        """Count the step tried as repeated."""
-        self._launches.reject()
+        return self._arrays.plan.error
 
     def accept_step(self) -> None:
         """Launch what makes the result of the step tried the present state."""
-        self._launches.accept()
+        super().accept_step()
         self._shown = np.inf
 
     @property

@@ -55,6 +55,7 @@ class CosseratRods(CosseratReadings, Ensemble):
 
     saved = COSSERAT_VARIABLES
     step_tolerance = 2e-3
+    _launches: CosseratLaunches
 
     stiffness = Parameter("Stiffness K [rod, 6, 6].")
     drag_ratio = Parameter("Drag ratio η = ζ⊥/ζ∥ [rod].")
@@ -121,26 +122,10 @@ class CosseratRods(CosseratReadings, Ensemble):
         """Extrapolate to the end of the step."""
         self._launches.predict()
 
-    def try_step(self) -> None:
-        """Launch the rest of a step of second order; its result and its error are kept beside the present state."""
-        self._launches.try_step()
-
-    def error_of_step(self) -> np.ndarray:
+    @property
+    def _step_error(self) -> wp.array:
         """Error of the step tried [rod]: of bending and twist, and of places."""
-        with exclusive:
-            return to_host(self._arrays.trial.error)
-
-    def give_up(self, allowed: float) -> None:
-        """Launch what makes the results of rods whose error is above ``allowed`` invalid."""
-        self._launches.give_up(allowed)
-
-    def accept_step(self) -> None:
-        """Launch what makes the result of the step tried the present state."""
-        self._launches.accept()
-
-    def reject_step(self) -> None:
-        """Count the step tried as repeated."""
-        self._launches.reject()
+        return self._arrays.trial.error
 
     def finish_step(self) -> None:
         """Advance the time on the host."""

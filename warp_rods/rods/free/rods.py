@@ -118,6 +118,7 @@ class FreeRods(FreeReadings, Ensemble):
 
     saved = SWIMMER_VARIABLES
     step_tolerance = 1e-2
+    _launches: FreeLaunches
 
     bend = Parameter("Bending stiffness β⊥ [rod]; the same as ``bending_stiffness``.")
     twist = Parameter(
@@ -324,26 +325,10 @@ class FreeRods(FreeReadings, Ensemble):
         self._set_natural(self.reached + self._clock.step)
         self._evaluate_external(self.reached + self._clock.step)
 
-    def try_step(self) -> None:
-        """Launch the rest of a step of second order; its result and its error are kept beside the present state."""
-        self._launches.try_step()
-
-    def error_of_step(self) -> np.ndarray:
+    @property
+    def _step_error(self) -> wp.array:
         """Error of the step tried [rod]: of the strains, of f, and under forces of the middle frame."""
-        with exclusive:
-            return to_host(self._arrays.trial.error)
-
-    def give_up(self, allowed: float) -> None:
-        """Launch what makes the results of rods whose error is above ``allowed`` invalid."""
-        self._launches.give_up(allowed)
-
-    def accept_step(self) -> None:
-        """Launch what makes the result of the step tried the present state."""
-        self._launches.accept()
-
-    def reject_step(self) -> None:
-        """Count the step tried as repeated."""
-        self._launches.reject()
+        return self._arrays.trial.error
 
     def finish_step(self) -> None:
         """Advance the time on the host."""

@@ -35,6 +35,7 @@ def run(tmp_path_factory) -> Path:
 def test_alone_it_says_what_one_can_do_next(tmp_path, monkeypatch, run):
     monkeypatch.chdir(tmp_path)
     assert all(part in invoke() for part in ("warp-rods scenes", f"warp-rods run {front_page.FIRST}", "--help"))
+    assert "at every point of its [sweep];" in " ".join(invoke("sweep", "--help").split())
     (tmp_path / "mine.toml").touch()
     assert "warp-rods check mine.toml" in invoke()
     monkeypatch.chdir(run.parents[1])

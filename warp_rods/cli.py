@@ -147,7 +147,7 @@ def sweep(
     status: Annotated[bool, typer.Option("--status", help="Show how far the study is, and do nothing")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the study in the folder")] = False,
 ) -> None:
-    r"""Simulate a scene at every point of its \[sweep]; a study that was stopped goes on. Exit code 3: points failed."""
+    r"""Simulate a scene at every point of its \[sweep]; one that was stopped goes on. Exit code 3: points failed."""
     from warp_rods.scene.shipped import find_scene
     from warp_rods.simulation.files import default_folder
 

@@ -216,7 +216,7 @@ def _export(run_dir: Path, out: Path | None, dry_run: bool, selection: dict[str,
 
 SELECTION = {
     "ensembles": ("", "Names of ensembles with commas between them; default all"),
-    "frames": (":", 'Frames as in Python, "0:100:5", or one, "-1"; default all'),
+    "frames": (":", 'Frames as in Python, "0:90:5", or one, "-1"; default all'),
     "colour": ("", "What colours the rods; default the first that is listed without a flag"),
     "range": ("run", "Both ends of the colours: of the run, of each frame, or LOW,HIGH"),
 }

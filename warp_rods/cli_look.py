@@ -64,7 +64,7 @@ def plot(
 ) -> None:
     """Draw plots of a run, or diagrams of a study, as PNG and SVG; without names, list what can be drawn of a run.
 
-    Those of a run are written to DIR/plots. Of a study all measures are drawn, or those named, into its folder.
+    They are written to DIR/plots. Of a study all measures are drawn, or those named.
     """
     from warp_rods.simulation.files import check_writable
 

@@ -46,8 +46,8 @@ class Behaviours:
     target: NumbersOfRods  # the parameters of the law, as they were given [rod, 0]
     drag: Scalars1D  # ∫ ζ⊥ s² ds about the centre of drag [rod]: the couple that turns a stiff rod at the rate 1
     couple: wp.array(dtype=Pair)  # per length across the rod, in its Bishop frame [tile]; empty if nothing turns it
-    stream: wp.array(dtype=wp.uint64)  # the random numbers of a rod are those of this stream [rod]
-    seed: wp.uint64
+    stream: wp.array(dtype=wp.uint64)  # the random numbers of a rod are those of this stream [rod],
+    seed: wp.array(dtype=wp.uint64)  # with this seed [rod]
 
 
 @wp.struct
@@ -107,10 +107,10 @@ def after(kind: int, count: int, random: Draws, p: Numbers):
 @wp.func
 def phase_of(rod: int, column: int, b: Behaviours):
     """The present phase of a behaviour of a rod: a function of seed, stream, behaviour and number of the event."""
-    stream, kind, count = b.stream[rod], b.kind[column], b.count[rod, column]
+    stream, seed, kind, count = b.stream[rod], b.seed[rod], b.kind[column], b.count[rod, column]
     lower, upper = wp.uint32(stream), wp.uint32(stream >> wp.uint64(32))
-    word = philox(Words(wp.uint32(count), wp.uint32(kind), lower, upper), b.seed)
-    more = philox(Words(wp.uint32(count), wp.uint32(kind + SECOND), lower, upper), b.seed)
+    word = philox(Words(wp.uint32(count), wp.uint32(kind), lower, upper), seed)
+    more = philox(Words(wp.uint32(count), wp.uint32(kind + SECOND), lower, upper), seed)
     wait = uniform_of_two(word[0], word[1])
     random = Draws(wait, uniform(word[2]), uniform(word[3]), uniform(more[0]), uniform(more[1]))
     return after(kind, count, random, b.parameters[rod, column])

@@ -29,8 +29,8 @@ SURFACES: dict[str, tuple[dict[str, tuple[Any, int]], dict[str, Any]]] = {
     "bridge": ({"neck": (0.4, 1), "body": (1.0, 1), "width": (1.0, 1), "length": (4.0, 1)}, {}),
     "undulated": ({"radius": (1.0, 1), "amplitude": (0.16, 2), "wavenumber": (5.0, -1)}, {}),
     "expression": (
-        {"a": (1.0, 0), "b": (1.0, 2), "c": (1.0, 4)},
-        {"phi": "x**4 + y**4 + z**4 + a*(x**2 + y**2 + z**2)**2 - b*(x**2 + y**2 + z**2) - c"},
+        {"a": (1.0, 0), "b": (1.0, 1), "c": (1.0, 1)},
+        {"phi": "x**4 + y**4 + z**4 + a*(x**2 + y**2 + z**2)**2 - b**2*(x**2 + y**2 + z**2) - c**4"},
     ),
 }
 """Kind of surface → its numbers with their powers of length, and its other values."""

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from examples.study import CELL, SENSOR, TIME, cells, sensors
 
+from warp_rods.analysis.registry import MEASURES
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
 from warp_rods.studies.columns import columns_of
 from warp_rods.studies.plan import Plan
-from warp_rods.studies.points import COMPUTED, LOST, as_rods, assumes, each_alone, measured
-from warp_rods.studies.record import still
+from warp_rods.studies.points import COMPUTED, LOST, as_rods, assumes, each_alone, measured, taken
+from warp_rods.studies.record import Record, still
 from warp_rods.studies.tasks import _batch
 
 
@@ -160,3 +161,65 @@ def test_lost_rods_are_told_with_reason_and_do_not_change_the_others():
     same(both.values["speed"][:1], one.values["speed"])
     (alone,) = each_alone(plan, [(1, 0)], "cpu")
     assert alone.values["state"][0] == LOST and "cell" in alone.values["message"][0]
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_measures_see_all_that_they_see_in_a_run(kind):
+    """A study records what its measures need; some take more into account where it is there, as the power of forces."""
+    scene = POINTS[kind][0]
+    units = {"units": {"length": "1 um", "time": "1 s", "force": "1 pN"}} if kind == "filaments" else {}
+    plan = Plan(Scene.parse(scene().model_dump(exclude_none=True) | units))
+    simulation = Simulation(plan.scene_at((0,) * len(plan.axes)), "cpu")
+    name, ensemble = next(iter(simulation.ensembles.items()))
+    whole, parts, compared = Record(simulation, ensemble.saved), {}, 0
+    for measure, row in MEASURES.items():
+        if row.of in ("rods", kind):
+            sweep = plan.sweep.model_copy(update={"measure": (measure,)})
+            one = Plan(plan.scene.model_copy(update={"sweep": sweep}))
+            parts[measure] = one.wanted[0], Record(simulation, one.needs)
+    for _ in simulation.advance():
+        pass
+    for wanted, record in parts.values():
+        surface = simulation.surfaces["surface"]
+        try:
+            expected = taken(wanted, whole.data(), 1, surface)
+        except ValueError:
+            with pytest.raises(ValueError):
+                taken(wanted, record.data(), 1, surface)
+            continue
+        for key, values in taken(wanted, record.data(), 1, surface).items():
+            np.testing.assert_array_equal(values, expected[key])
+            assert values.attrs["units"] == expected[key].attrs["units"]
+            compared += 1
+    assert compared > 10 and name in ("cell", "sensors")
+    assert (
+        not units or taken(parts["energy_terms"][0], whole.data(), 1, None)["twist_energy"].attrs["units"] == "1e-12 N"
+    )
+
+
+def test_events_of_a_behaviour_are_those_of_the_scene_of_the_point():
+    cell = CELL | {"count": 2, "flagella": {"law": "driven"}, "behaviour": {"reversal": {"rate": 200.0}}}
+    table = {"swimmers.cell.bend": [5e-3, 1e-2], "seeds": [4, 9, 12], "measure": ["speed"]}
+    plan = Plan(Scene.parse({"swimmers": [cell], "time": TIME, "sweep": table}))
+    points = [(bend, seed) for bend in range(2) for seed in range(3)]
+    together = as_rods(plan, points, "cpu").values["speed"]
+    alone = [next(each_alone(plan, [point], "cpu")).values["speed"][0] for point in points]
+    same(together, np.array(alone))
+    assert len(set(alone)) == len(alone)
+
+
+def test_a_simulation_that_was_tried_goes_on_as_if_it_had_not_been():
+    """A trial that reaches the end looks at formulas beyond it; the run does not, until it is there."""
+    cell = CELL | {"natural_bend": "sin(7*s - t)"}
+    scene = Scene.parse({"swimmers": [cell], "time": {"end": 0.3, "save_every": 0.02}, "seed": 3})
+    ends = []
+    for tried in (False, True):
+        simulation = Simulation(scene, "cpu")
+        if tried:
+            with simulation.trial():
+                for _ in simulation.advance():
+                    pass
+        for _ in simulation.advance():
+            pass
+        ends.append(simulation.ensembles["cell"].position)
+    same(*ends)

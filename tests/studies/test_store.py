@@ -102,6 +102,21 @@ def test_processes_that_do_the_same_task_point_by_point_lose_nothing(tmp_path, m
     np.testing.assert_array_equal(store.whole("speed"), np.indices(plan.shape).sum(axis=0))
 
 
+@pytest.mark.parametrize("missing", [False, True])
+def test_points_in_a_damaged_file_are_computed_again(tmp_path, missing):
+    """Whichever variable it is of: what was finished would be NaN otherwise, without a word."""
+    plan = Plan(cells())
+    store = create(tmp_path / STORE, plan.axes, [Column("speed")], (3, 3, 2), ["state"], {}, {})
+    for chunk, point in (((0, 0, 0), (0, 0, 0)), ((1, 0, 0), (3, 0, 0))):
+        store.put(chunk, [point], one(5.0))
+    assert store.forget_damaged() == []
+    file = store.path / "speed" / "c.0.0.0"
+    file.unlink() if missing else file.write_bytes(file.read_bytes()[::-1])
+    assert store.forget_damaged() == [file] and not file.exists()
+    assert store.states()[[0, 3], 0, 0].tolist() == [0, 1] and store.whole("speed")[3, 0, 0] == 5.0
+    assert [task.chunk for task in tasks_of(store, 0, plan.first(), store.states())] == [(0, 0, 0), (1, 0, 0)]
+
+
 def one(speed: float, state: int = 1) -> dict[str, np.ndarray]:
     return {"state": np.array([state], np.int8), "speed": np.array([speed])}
 

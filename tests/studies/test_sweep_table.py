@@ -29,7 +29,7 @@ FAULTS = [
      'sweep.measure[2] = "speed": is there twice: name each measure once'),
     ({"swimmers.cell.bend": 1e-3}, "= 0.001: must be a list of values"),
     ({"swimmers.cell.bend": RANGE | {"num": 1}}, "num a whole number from 2"),
-    ({"swimmers.cell.bend": RANGE | {"from": 0, "scale": "log"}}, "from and to two positive numbers"),
+    ({"swimmers.cell.bend": RANGE | {"from": 0, "scale": "log"}}, "from and to two different positive numbers"),
     ({"swimmers.cell.bend": RANGE | {"step": 1}}, "must be a list of values, or { from"),
     ({"swimmers.cells.bend": RANGE}, "no ensemble 'cells' in swimmers (did you mean cell?): there are cell"),
     ({"filaments.cell.length": RANGE}, "no ensemble 'cell' in filaments: the scene has no [[filaments]]"),

@@ -44,6 +44,15 @@ class Changes:
                 np.maximum(largest, _turning(values, end - start), out=largest)
         self._turned = np.concatenate([[0.0], np.cumsum(largest), [largest.sum()]])
 
+    @property
+    def seen(self) -> tuple[np.ndarray, np.ndarray]:
+        """What the formulas were seen to do at which times; setting it forgets what was seen later."""
+        return self._times, self._turned
+
+    @seen.setter
+    def seen(self, samples: tuple[np.ndarray, np.ndarray]) -> None:
+        self._times, self._turned = samples
+
     def within(self, time: float, end: float) -> bool:
         """Whether the formulas are sampled from a time to another."""
         return bool(self._times[0] <= time and end <= self._times[-1] and self._times[0] < self._times[-1])

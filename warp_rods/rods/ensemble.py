@@ -54,6 +54,7 @@ FOR_THE_LOOP = frozenset(
             "bring_together",
             "hold_force",
             "foresee",
+            "changes",
         ),
         *("threads", "refine", "middle", "tracked", "evaluate", "contact_stiffness_array"),
         *("apply_given_force", "end_planned_step", "step_to_event", "next_event", "position_array", "force_array"),
@@ -409,15 +410,16 @@ class Ensemble(Readings):
 
     def step_to_event(self, step: float) -> float:
         """A step from the time reached, ended where something happens to a rod that its error might not show."""
-        return self._changes.longest_step(self.reached, step)
+        return self.changes.longest_step(self.reached, step)
 
     def foresee(self, start: float, end: float) -> None:
         """Look at what formulas in t do from a time to another, so that no step by error passes over it."""
-        if not self._changes.within(start, end):
-            self._changes.foresee(start, end)
+        if not self.changes.within(start, end):
+            self.changes.foresee(start, end)
 
     @functools.cached_property
-    def _changes(self) -> Changes:
+    def changes(self) -> Changes:
+        """What formulas and tables in t do, as far as it is foreseen."""
         return self._find_changes()
 
     def _find_changes(self) -> Changes:

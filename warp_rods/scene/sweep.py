@@ -137,7 +137,8 @@ def _fault_of_range(value: Mapping[str, Any]) -> str:
         right = False
     if right and value.keys() <= {"from", "to", "num", "scale"} and value.get("scale", "linear") in SCALES:
         return ""
-    rules = f"from and to two {'positive ' if log else ''}numbers, num a whole number from 2 to {MOST_VALUES}"
+    ends_of = f"from and to two different {'positive ' if log else ''}numbers in units of the scene"
+    rules = f"{ends_of}, num a whole number from 2 to {MOST_VALUES}"
     return f' = {shown(dict(value))}: must be {WHAT}: {rules}, scale "linear" or "log"'
 
 

@@ -255,10 +255,13 @@ class Simulation(metaclass=Documented):
     def trial(self) -> Iterator[None]:
         """A context after which state, hooks and warnings are as before, whatever steps were taken in it."""
         before, hooks, self._hooks = self.state(), self._hooks, []
+        seen = {name: ensemble.changes.seen for name, ensemble in self.ensembles.items()}
         try:
             yield
         finally:
             self.restore(before)
+            for name, samples in seen.items():  # steps are bounded by what was foreseen
+                self.ensembles[name].changes.seen = samples
             self._hooks, self._portions = hooks, Portions()
             self._reset_warnings()
 

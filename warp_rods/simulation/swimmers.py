@@ -71,11 +71,17 @@ def _free_rods(layout: Layout, table: SwimmersTable, **placed) -> FreeRods:
 
 
 def _behaviour(layout: Layout, table: SwimmersTable) -> dict[str, Any]:
-    """What the rods do at random times, in streams that depend on the name of the ensemble and the number of a rod."""
+    """What the rods do at random times, in streams that depend on the name of the ensemble and the number of a rod.
+
+    Rods of a part have the numbers, and the seed, of a scene of its own.
+    """
     if table.behaviour is None:
         return {}
-    streams = (crc32(table.name.encode()) << 32) + np.arange(table.count, dtype=np.uint64)
-    return {"behaviour": table.behaviour.behaviours, "seed": layout.scene.seed, "streams": streams}
+    seeds = layout.seeds or (layout.scene.seed,)
+    rods = table.count // len(seeds)
+    numbers = np.tile(np.arange(rods, dtype=np.uint64), len(seeds))
+    streams = (crc32(table.name.encode()) << 32) + numbers
+    return {"behaviour": table.behaviour.behaviours, "seed": np.repeat(seeds, rods), "streams": streams}
 
 
 def _along(table: SwimmersTable) -> dict[str, Any]:

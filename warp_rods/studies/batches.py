@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from warp_rods.errors import SceneError
 from warp_rods.scene.ensemble import AUTO
 from warp_rods.scene.scene import Scene
 from warp_rods.scene.sweep import ENSEMBLES, Path
 from warp_rods.simulation.loop import Simulation
+from warp_rods.values import plain
 
 __all__ = ["PER_ROD", "batch_tables", "why_not"]
 
@@ -35,7 +37,7 @@ def why_not(scene: Scene, paths: Sequence[Path], simulation: Simulation) -> str:
     """
     for path in paths:
         if path[0] not in PER_ROD or not _per_rod(str(path[0]), path[2:]):
-            return f"{'.'.join(map(str, path))} is not a value of single rods"
+            return f"{_key(scene, path)} is not a value of single rods"
     tables = [(kind, table) for kind in ENSEMBLES for table in getattr(scene, kind)]
     for kind, table in tables:
         if kind not in PER_ROD:
@@ -49,6 +51,11 @@ def why_not(scene: Scene, paths: Sequence[Path], simulation: Simulation) -> str:
             return "placement.geodesic_curvature is given"
     if not simulation.own_steps:
         return "rods take their steps together"
+    alone = plain(simulation.scene.model_dump(exclude_none=True))
+    try:
+        Scene.parse(batch_tables([alone, alone]))
+    except SceneError as error:
+        return f"its rods cannot be told apart in one table: {error}"
     return ""
 
 
@@ -56,6 +63,13 @@ def _per_rod(kind: str, path: Path) -> bool:
     """Whether a key of an ensemble, or the list that has it as a component, may have a value for each rod."""
     numbers, lists = PER_ROD[kind]
     return _name(path) in numbers or (isinstance(path[-1], int) and _name(path[:-1]) in lists) or _name(path) in lists
+
+
+def _key(scene: Scene, path: Path) -> str:
+    """A path as the key of a sweep, with the name of an ensemble in place of its number."""
+    if path[0] in ENSEMBLES:
+        path = (path[0], getattr(scene, str(path[0]))[path[1]].name, *path[2:])
+    return _name(path)
 
 
 def _name(path: Path) -> str:

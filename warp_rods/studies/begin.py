@@ -59,14 +59,14 @@ def begin(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) 
     """
     there = (folder / STORE / METADATA).exists()
     if there and not overwrite:
-        return _resumed(plan, folder, device), []
+        return _resumed(plan, folder, device)
     if not there and folder.exists() and any(not file.name.startswith(".") for file in folder.iterdir()):
         raise RunFolderError(f"{folder} holds something that is not a study: give another --out")
     return _created(plan, folder, device, workers, overwrite)
 
 
-def _resumed(plan: Plan, folder: Path, device: str) -> Store:
-    """The store of a study that goes on; raises RunFolderError where its points would not be those of one study."""
+def _resumed(plan: Plan, folder: Path, device: str) -> tuple[Store, list[str]]:
+    """The store of a study that goes on, and lines; RunFolderError where its points would not be those of one study."""
     store = Store(folder / STORE)
     attributes = store.attributes
     if attributes.get("scene_hash") != plan.scene.hash():
@@ -93,7 +93,8 @@ def _resumed(plan: Plan, folder: Path, device: str) -> Store:
     store.clear_leftovers()
     _copy_scene(store, folder)
     _warm_up(plan, device)
-    return store
+    damaged = store.forget_damaged()
+    return store, [f"{file} is damaged or missing: the points in it are computed again" for file in damaged]
 
 
 def _kind(device: str) -> str:
@@ -139,7 +140,7 @@ def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: boo
     explained = {"settled": {"comment": SETTLED}}
     store = create(folder / STORE, plan.axes, columns, _chunk(plan, task), own, attributes, explained, overwrite)
     if store.identity != attributes["study"]:  # another process was faster, perhaps with another scene
-        return _resumed(plan, folder, device), []
+        return _resumed(plan, folder, device)
     _copy_scene(store, folder)
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
     warnings = [f"warning, at the first point: {line}" for line in simulation.warnings]

@@ -21,6 +21,8 @@ __all__ = ["Index", "Plan", "Wanted"]
 MOST_CHECKED = 200
 """Values of an axis that are checked before a study begins; an impossible one among others fails by itself."""
 LIST_THEM = "; list the values, such as [17, 25, 33], or give a linear range whose values are all whole numbers"
+USED = frozenset({"status", "length", "power", "steric_energy", "arc_length", "activity"})
+"""Variables that measures take into account where an ensemble has them, though they do without."""
 Index = tuple[int, ...]
 """The place of a point in the grid."""
 
@@ -176,7 +178,7 @@ class Plan:
         return [Wanted(name, summary, table, f"{table}." if len(kinds) > 1 else "") for table in mine]
 
     @cached_property
-    def needs(self) -> set[str]:
-        """Variables of the trajectory that the measures need."""
+    def needs(self) -> frozenset[str]:
+        """Variables of the trajectory that the measures need, or take into account where they are there."""
         kinds = [kind for kind in ENSEMBLES if getattr(self.scene, kind)]
-        return {"status"}.union(*(w.variables for w in self.wanted), *(OF_SETTLED[kind] for kind in kinds))
+        return USED.union(*(w.variables for w in self.wanted), *(OF_SETTLED[kind] for kind in kinds))

@@ -72,7 +72,12 @@ def opened(folder: str | Path) -> xr.Dataset:
     path = Path(folder) / STORE
     if not path.exists():
         raise RunFolderError(f"There is no study in {folder}: {STORE} is missing")
-    data = xr.open_zarr(path, chunks=None).load()
+    try:
+        data = xr.open_zarr(path, chunks=None).load()
+    except ValueError as fault:  # of a checksum
+        raise RunFolderError(
+            f"{path} is damaged ({fault}): run the same sweep again, which computes these points anew"
+        ) from None
     texts = {name: v.astype(object) for name, v in data.variables.items() if v.dtype.kind not in "fiub"}
     data = data.assign({name: v for name, v in texts.items() if name in data.data_vars}).assign_coords(
         {name: v for name, v in texts.items() if name in data.coords}

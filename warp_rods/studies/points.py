@@ -46,7 +46,7 @@ def as_rods(plan: Plan, points: Sequence[Index], device: str) -> Results:
     counts = _lost_rods(simulation, len(points))
     stops = plan.scene.on_failure == "stop"
     surface = simulation.surfaces["surface"]
-    found = _results(plan, list(points), record.data(), surface, counts, stops)
+    found = _results(plan, list(points), record.data(plan.scene), surface, counts, stops)
     lost, warned = _losses(simulation, len(points)), _warnings(plan, points, surface)
     found.values["message"][:] = [_message(*lines) for lines in zip(lost, warned, strict=True)]
     return found

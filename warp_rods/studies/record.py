@@ -9,6 +9,7 @@ import xarray as xr
 
 from warp_rods.rods.ensemble import Ensemble
 from warp_rods.rods.variables import ARC, TIME, static_variable
+from warp_rods.scene.scene import Scene
 from warp_rods.simulation.hooks import EveryFrame
 from warp_rods.simulation.loop import Simulation
 
@@ -40,10 +41,10 @@ class Record:
                     kept[key][self._count] = value
         self._count += 1
 
-    def data(self) -> xr.DataTree:
-        """The trajectory so far: one group for each ensemble."""
+    def data(self, scene: Scene | None = None) -> xr.DataTree:
+        """The trajectory so far: one group for each ensemble. scene: that of the points, where this is a batch."""
         frames = {name: {key: v[: self._count] for key, v in kept.items()} for name, kept in self._frames.items()}
-        return _tree(self._simulation, self._simulation.frames.times[: self._count], frames)
+        return _tree(self._simulation, self._simulation.frames.times[: self._count], frames, scene)
 
 
 def _lean(simulation: Simulation, wanted: Collection[str]) -> dict[str, dict[str, np.ndarray]]:
@@ -95,12 +96,16 @@ def bytes_of_a_rod(simulation: Simulation, wanted: Collection[str]) -> float:
     return total * len(simulation.frames.times) / simulation.rods
 
 
-def _tree(simulation: Simulation, times: np.ndarray, frames: Mapping[str, Frames]) -> xr.DataTree:
-    period = np.array(simulation.scene.period)
+def _tree(
+    simulation: Simulation, times: np.ndarray, frames: Mapping[str, Frames], scene: Scene | None = None
+) -> xr.DataTree:  # fmt: skip
+    """Groups with the attributes of ``open_run``: units, and the scene for its box and its membrane."""
+    scene = scene or simulation.scene
+    period = np.array(scene.period)
     space = {"period": np.where(period > 0, period, np.inf)}
-    return xr.DataTree.from_dict(
-        {name: _dataset(e, times, frames[name], e.static() | space) for name, e in simulation.ensembles.items()}
-    )
+    about = {"scene": scene.to_toml(), "units": scene.units.said if scene.units else "dimensionless"}
+    groups = {name: _dataset(e, times, frames[name], e.static() | space) for name, e in simulation.ensembles.items()}
+    return xr.DataTree.from_dict({name: group.assign_attrs(about) for name, group in groups.items()})
 
 
 def _dataset(ensemble: Ensemble, times: np.ndarray, frames: Frames, static: Frames) -> xr.Dataset:

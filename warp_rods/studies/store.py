@@ -188,6 +188,20 @@ class Store:
             data, file = self._encoded(name, chunk_of_it), self._file(name, chunk)
             replace_file(file, data, self.partial(), durable=True, before=still_alone)
 
+    def forget_damaged(self) -> list[Path]:
+        """Let points, a file of whose chunk is damaged or lacking, be computed again; returns these files."""
+        found = []
+        for chunk in self.chunks():
+            if not np.isin(self._read(STATE, chunk), FINISHED).any():
+                continue
+            wrong = [file for name in self.variables if not _is_whole(file := self._file(name, chunk))]
+            if wrong:
+                with alone(self._mark(chunk)):
+                    for file in (self._file(STATE, chunk), *wrong):
+                        file.unlink(missing_ok=True)
+            found += wrong
+        return found
+
     def _inside(self, chunk: Sequence[int], points: Sequence[tuple[int, ...]]) -> tuple[np.ndarray, ...]:
         """The places of points in their chunk."""
         return tuple(np.array(points).T - np.array([[part.start] for part in self.region(chunk)]))
@@ -218,7 +232,7 @@ class Store:
             data = self._file(name, chunk).read_bytes()
         except FileNotFoundError:
             return empty
-        if crc(data[:-4]) != data[-4:]:
+        if not _is_right(data):
             return empty
         if text:
             return np.array(_texts(data[:-4]), dtype=object).reshape(shape)
@@ -239,6 +253,16 @@ class Store:
             with contextlib.suppress(FileNotFoundError):  # another process does the same
                 if time.time() - file.stat().st_mtime > OLD:
                     shutil.rmtree(file, ignore_errors=True) if file.is_dir() else file.unlink()
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether a chunk is there, and as it was written."""
+    return file.is_file() and _is_right(file.read_bytes())
+
+
+def _is_right(data: bytes) -> bool:
+    """Whether the bytes of a chunk agree with their checksum."""
+    return crc(data[:-4]) == data[-4:]
 
 
 def _fill(node: Mapping[str, Any]) -> Any:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["size", "write"]
 
-DIGITS = 7
+DIGITS = 9
 
 
 def write(content: Content, path: Path) -> None:

@@ -46,17 +46,23 @@ def behaviours_of(given: Any, count: int, flagella: Flagella) -> dict[str, dict[
     return found
 
 
-def seed_and_streams(seed: Any, streams: Any, count: int) -> tuple[int, np.ndarray]:
-    """The seed, and the number of the stream of each rod [rod]; raises SceneError for impossible ones."""
-    seed = arguments.whole("seed", seed, 0)
-    if seed >= WORDS:
-        raise arguments.wrong("seed", seed, "below 2^64")
-    if streams is None:
-        return seed, np.arange(count, dtype=np.uint64)
-    given = np.asarray(streams)
-    if given.shape != (count,) or given.dtype.kind not in "iu" or (given < 0).any():
-        raise arguments.wrong("streams", streams, f"whole numbers from 0 to 2^64 − 1, one for each of {count} rods")
-    return seed, given.astype(np.uint64)
+def seed_and_streams(seed: Any, streams: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The seed and the number of the stream of each rod, [rod] each; raises SceneError for impossible ones."""
+    if not np.ndim(seed):
+        if arguments.whole("seed", seed, 0) >= WORDS:
+            raise arguments.wrong("seed", seed, "below 2^64")
+        seed = [seed] * count
+    return _whole("seed", seed, count), _whole("streams", np.arange(count) if streams is None else streams, count)
+
+
+def _whole(name: str, values: Any, count: int) -> np.ndarray:
+    """Whole numbers [rod] of 64 bits."""
+    given = np.asarray(values)
+    if given.shape == (count,) and given.dtype.kind in "iuO":
+        whole = [arguments.whole(name, value, 0) for value in given.tolist()]
+        if max(whole, default=0) < WORDS:
+            return np.array(whole, dtype=np.uint64)
+    raise arguments.wrong(name, values, f"whole numbers from 0 to 2^64 − 1, one for each of {count} rods")
 
 
 def turning(behaviours: Iterable[str]) -> bool:
@@ -74,7 +80,7 @@ def drag_of_turning(drag: np.ndarray, nodes: int) -> np.ndarray:
 
 
 class Behaviours:
-    """The events of the rods of ``arrays`` under ``behaviours``, with random numbers by seed and stream of a rod.
+    """The events of the rods of ``arrays`` under ``behaviours``, with random numbers by seed and stream of each.
 
     law: the parameters of the law of the flagella [rod, 4]. drag: ``drag_of_turning``.
     """
@@ -85,7 +91,7 @@ class Behaviours:
         arrays: Arrays,
         law: np.ndarray,
         drag: np.ndarray,
-        seed: int,
+        seeds: np.ndarray,
         streams: np.ndarray,
     ):
         self._names, self._arrays = list(behaviours), arrays
@@ -106,7 +112,7 @@ class Behaviours:
         if turning(behaviours):
             b.couple = allocate_couple_across(arrays)
         b.stream = wp.array(streams, dtype=wp.uint64, device=device)
-        b.seed = wp.uint64(seed)
+        b.seed = wp.array(seeds, dtype=wp.uint64, device=device)
         self._launch(kernels.start, values.shape[:2], b)
         self.set_targets()
 

@@ -101,7 +101,7 @@ class FreeRods(FreeReadings, Ensemble):
     flagella: ``Flagella``, a mapping with its fields, or None for passive rods. shape: a table as in a scene, or
     strains [rod, node, 3] of the material frame, twist first; they are set to 0 at the ends, which are free. behaviour:
     what rods with the law ``driven`` do at random times, ``{"reversal": {"rate": 0.5}, "tumble": {"rate": 1, …}}``; its
-    random numbers follow from the seed (0 to 2^64 − 1) and from streams [rod], whole numbers; default: 0, 1, ….
+    random numbers follow from the seed (0 to 2^64 − 1), or seeds [rod], and streams [rod], by default 0, 1, ….
     position [rod, 3], rotation [rod, 3, 3]: the material frame of the middle node at the start. symmetric: impose the
     π-rotation symmetry of appendix C.4, for rods that start with it in the gauge of (C.49). external: force per
     length in space, a function ``(t, position [rod, node, 3], rotation [rod, node, 3, 3]) -> [rod, node, 3]`` or a
@@ -155,7 +155,7 @@ class FreeRods(FreeReadings, Ensemble):
         ends: Any = None,
         flagella: Flagella | Mapping[str, Any] | None = Flagella(),  # noqa: B008 (frozen)
         behaviour: Mapping[str, Mapping[str, Any]] | None = None,
-        seed: int = 0,
+        seed: Any = 0,
         streams: Any = None,
         shape: Any = None,
         couple: Any = 0.0,

@@ -6,46 +6,20 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from examples.study import CELL, cells
+from examples.study import SPEED, cells, put, store_of
 
 from warp_rods.draw.colours import MAPS
 from warp_rods.draw.diagrams import Marks
 from warp_rods.errors import SceneError
-from warp_rods.scene.scene import Scene
-from warp_rods.studies.check import check_study
 from warp_rods.studies.columns import Column
-from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.plot import figure_of, opened, plot_study, plotted
 from warp_rods.studies.refine import levels
 from warp_rods.studies.status import status
-from warp_rods.studies.store import OWN, STORE, Store
+from warp_rods.studies.store import Store
 from warp_rods.studies.summaries import of_all
 
-SPEED = Column("speed", attributes={"units": "length/time", "long_name": "speed", "ancillary_variables": "settled"})
-CLASS = Column("class", text=True, attributes={"units": "1", "long_name": "class"})
 RANGE = {"from": 1e-3, "to": 1e-2, "num": 9, "scale": "log"}
-
-
-def store_of(plan: Plan, folder, chunk=None, columns=(SPEED, CLASS)) -> Store:
-    """A study in a folder of which no point is computed."""
-    (folder / "scene.toml").write_text(plan.scene.to_toml())
-    own = [name for name in OWN if name != "trajectory"]
-    return create(folder / STORE, plan.axes, columns, chunk or plan.shape, own, {"scene": plan.scene.to_toml()}, {})
-
-
-def put(store: Store, mask: np.ndarray, **values) -> None:
-    """Write values, which are [key, …] or one for all, at the points of a mask."""
-    for chunk in store.chunks():
-        here = np.zeros_like(mask)
-        here[store.region(chunk)] = mask[store.region(chunk)]
-        points = [tuple(map(int, point)) for point in np.argwhere(here)]
-        at = tuple(np.array(points).T)
-        if points:
-            whole = {
-                name: np.broadcast_to(np.asarray(v), mask.shape)[at] for name, v in ({"state": 1} | values).items()
-            }
-            store.put(chunk, points, whole)
 
 
 # --- settling --------------------------------------------------------------------------------------------------------
@@ -71,24 +45,6 @@ def test_points_of_which_settling_is_not_known_are_counted_and_marked(tmp_path):
         [False, False, True, False],
     ]
     assert Marks(data, assumes=False).sound.all()
-
-
-@pytest.mark.parametrize(
-    ("measure", "swept", "end", "warned"),
-    [
-        (["speed", "class"], {"swimmers.cell.bend": [1e-3]}, 0.5, True),
-        (["speed"], {"time.end": [1.0, 0.3, 2.0]}, 1.0, True),
-        (["speed"], {"swimmers.cell.bend": [1e-3]}, 1.2, False),
-    ],
-)
-def test_the_check_warns_of_too_few_frames(tmp_path, measure, swept, end, warned):
-    scene = Scene.parse({"swimmers": [CELL], "time": {"end": end, "save_every": 0.1},
-                         "sweep": {**swept, "measure": measure}})  # fmt: skip
-    (tmp_path / "scene.toml").write_text(scene.to_toml())
-    said = check_study(tmp_path / "scene.toml")
-    assert ("give time.save_every = time.end/12 or less" in said) == warned and "a study of" in said
-    if warned:
-        assert f"warning: {', '.join(measure)} assume" in said
 
 
 # --- pace ------------------------------------------------------------------------------------------------------------

@@ -10,12 +10,11 @@ import tomllib
 import uuid
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomli_w
 
-from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
+from warp_rods.errors import RunFolderError, WarpRodsError
 from warp_rods.scene.scene import Scene, with_whole_paths
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
@@ -26,9 +25,9 @@ from warp_rods.studies.inputs import inputs
 from warp_rods.studies.marks import this_process
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan
-from warp_rods.studies.points import assumes, measured
-from warp_rods.studies.probes import refuse_other_dimensions
-from warp_rods.studies.record import Record, bytes_of_a_rod, still
+from warp_rods.studies.points import assumes
+from warp_rods.studies.probes import IDLE_SEEDS, probe, seeds_are_idle
+from warp_rods.studies.record import Record, bytes_of_a_rod
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
 from warp_rods.studies.tasks import SCENE, TRAJECTORIES, scene_of
@@ -116,7 +115,7 @@ def _warm_up(plan: Plan, device: str) -> Simulation:
 
 def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
     simulation = _warm_up(plan, device)
-    found = _probe(plan, simulation)
+    found = probe(plan, simulation)
     reason = why_not(plan.scene, plan.paths, simulation) if plan.sweep.keep == "summary" else "trajectories are kept"
     seconds = _seconds(plan, simulation, device, alone=bool(reason))
     rods = max(simulation.rods, 1)
@@ -143,6 +142,8 @@ def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: boo
     _copy_scene(store, folder)
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
     warnings = [f"warning, at the first point: {line}" for line in simulation.warnings]
+    if seeds_are_idle(plan, simulation):
+        warnings.append(f"warning: {IDLE_SEEDS}")
     return store, [*warnings, f"points are {how}; about {seconds:.2g} s of one core for each"]
 
 
@@ -166,16 +167,6 @@ def _copy_scene(store: Store, folder: Path) -> None:
     text = store.attributes["scene"].encode()
     if not (folder / SCENE).is_file() or (folder / SCENE).read_bytes() != text:
         replace_file(folder / SCENE, text, store.partial(), durable=True)
-
-
-def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
-    """All measures of a point in which nothing moves, for their names and dimensions; raises SceneError."""
-    try:
-        found = measured(plan, still(simulation), 1, simulation.surfaces["surface"])
-    except ValueError as error:
-        raise SceneError(f"sweep.measure: {error}") from None
-    refuse_other_dimensions(plan, simulation, found)
-    return found
 
 
 def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> float:

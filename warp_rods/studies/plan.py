@@ -111,8 +111,14 @@ class Plan:
     @property
     def size(self) -> str:
         """The number of points, and of values on each axis."""
-        sizes = " × ".join(f"{axis.first} {axis.key}" for axis in self.axes)
-        return f"{self.first_points} points ({sizes}){f', refined {self.levels} times' if self.levels else ''}"
+        *axes, seeds = self.axes
+        sizes = [f"{axis.first} {axis.key}" for axis in axes] + [f"{len(seeds)} seed{'s' * (len(seeds) > 1)}"]
+        return f"{self.first_points} points ({' × '.join(sizes)}){f', {self.refined}' if self.levels else ''}"
+
+    @property
+    def refined(self) -> str:
+        """How often the grid is refined, in words."""
+        return f"refined {({1: 'once', 2: 'twice'}).get(self.levels, f'{self.levels} times')}"
 
     # --- scenes ------------------------------------------------------------------------------------------------------
 

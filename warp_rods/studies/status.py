@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from warp_rods.errors import WarpRodsError
 from warp_rods.progress import in_words
+from warp_rods.simulation.status import RunStatus, State
+from warp_rods.simulation.under_way import is_under_way
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.store import STATES, STORE, Store
 from warp_rods.studies.tasks import scene_of
 
-__all__ = ["counts", "status"]
+__all__ = ["counts", "in_a_line", "status"]
 
 SETTLING = {0: "not settled", -1: "unknown if settled"}
 LATELY = 300.0
@@ -37,17 +41,30 @@ def status(folder: str | Path) -> str:
     store = Store(folder / STORE)
     plan = Plan(scene_of(store), store.dims)
     points, left = counts(plan, store)
-    done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
     said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")
-    share = 100 * done / max(done + left, 1)
-    lines = [f"{folder}: {done} of {done + left} points done ({share:.0f} %){': ' if said else ''}{said}"]
+    lines = [f"{folder}: {_done(points, left)}{': ' if said else ''}{said}"]
     if left:
         lines.append(_pace(plan, store, left))
     elif plan.levels:
-        lines.append(
-            f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come"
-        )
+        lines.append(plan.refined if _all_levels(plan, store) else "the next refinement is still to come")
     return "\n".join(lines)
+
+
+def in_a_line(folder: Path) -> RunStatus:
+    """The same in a line of ``warp-rods status`` beside those of runs."""
+    try:
+        store = Store(folder / STORE)
+        points, left = counts(Plan(scene_of(store), store.dims), store)
+        running = is_under_way(folder)
+    except WarpRodsError as fault:
+        return RunStatus(folder, State.DAMAGED, why=f"a study: {str(fault).splitlines()[0]}")
+    state = State.RUNNING if running else State.STOPPED if left else State.FINISHED
+    return RunStatus(folder, state, why=f"a study: {_done(points, left)}")
+
+
+def _done(points: Mapping[str, int], left: int) -> str:
+    done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
+    return f"{done} of {done + left} points done ({100 * done / max(done + left, 1):.0f} %)"
 
 
 def _all_levels(plan: Plan, store: Store) -> bool:

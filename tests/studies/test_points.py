@@ -160,3 +160,12 @@ def test_lost_rods_are_told_with_reason_and_do_not_change_the_others():
     same(both.values["speed"][:1], one.values["speed"])
     (alone,) = each_alone(plan, [(1, 0)], "cpu")
     assert alone.values["state"][0] == LOST and "cell" in alone.values["message"][0]
+
+
+def test_measures_have_the_same_values_by_either_of_their_names():
+    one, other = (
+        as_rods(Plan(cells({"measure": names})), [(0, 0, 0), (3, 2, 1)], "cpu").values
+        for names in (["class", "modes"], ["shape_class", "mode_coefficients"])
+    )
+    same(one["class"], other["shape_class"])
+    same(one["modes"], other["mode_coefficients"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,16 +13,18 @@ from warp_rods.errors import WarpRodsError
 from warp_rods.progress import in_words
 from warp_rods.simulation.status import RunStatus, State
 from warp_rods.simulation.under_way import is_under_way
-from warp_rods.studies.plan import Plan
+from warp_rods.studies.plan import Index, Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.store import STATES, STORE, Store
 from warp_rods.studies.tasks import scene_of
 
-__all__ = ["counts", "in_a_line", "status"]
+__all__ = ["counts", "in_a_line", "status", "warnings"]
 
 SETTLING = {0: "not settled", -1: "unknown if settled"}
 LATELY = 300.0
 """Seconds over which the throughput is measured."""
+MOST_WARNINGS = 5
+"""That are told at the end of a study."""
 
 
 def counts(plan: Plan, store: Store) -> tuple[dict[str, int], int]:
@@ -48,6 +51,25 @@ def status(folder: str | Path) -> str:
     elif plan.levels:
         lines.append(plan.refined if _all_levels(plan, store) else "the next refinement is still to come")
     return "\n".join(lines)
+
+
+def warnings(plan: Plan, store: Store) -> list[str]:
+    """The warnings of points, each once, with the first point that has it and the number of the others."""
+    found: dict[str, list[Index]] = {}
+    messages = store.whole("message")
+    for point in map(tuple, np.argwhere(messages != "").tolist()):
+        for line in re.split(r"(?:^|; )warning: ", messages[point])[1:]:
+            found.setdefault(line, []).append(point)
+    told = [
+        f"warning, at {plan.words(points[0])}{_and_others(len(points) - 1)}: {line}" for line, points in found.items()
+    ]
+    left = len(told) - MOST_WARNINGS
+    more = [f"{left} other warnings are in the variable message of {STORE}"] if left > 0 else []
+    return told[:MOST_WARNINGS] + more
+
+
+def _and_others(count: int) -> str:
+    return f" and {count} other point{'s' * (count > 1)}" if count else ""
 
 
 def in_a_line(folder: Path) -> RunStatus:

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from types import SimpleNamespace
 
 import pytest
 from examples.study import CELL, cells, sensors
@@ -13,6 +14,7 @@ from warp_rods import cli
 from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
+from warp_rods.studies import begin
 from warp_rods.studies.check import check_study
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.probes import IDLE_SEEDS, probe, seeds_are_idle
@@ -110,3 +112,31 @@ def test_a_probe_finds_the_dimensions_of_all_measures():
     assert {name: values.dims[1:] for name, values in found.items()} == {
         "speed": (), "class": (), "modes": ("component", "mode")
     }  # fmt: skip
+
+
+def test_numbers_in_place_of_a_list_may_be_meant_for_one_of_its_components():
+    swept = {"filaments.sensors.intrinsic": [0.0, 1.0], "measure": ["gauss"]}
+    tables = tomllib.loads(sensors().to_toml())
+    scene = Scene.parse(tables | {"sweep": swept})
+    with pytest.raises(SceneError, match=r"did you mean filaments\.sensors\.intrinsic\.1\?"):
+        Plan(scene).check()
+
+
+def test_the_time_left_follows_from_the_last_steps_that_were_tried(monkeypatch):
+    """Of steps of a second each that become longer: half-way to the end an average would be twice too slow."""
+
+    class Growing:
+        now, steps = 0.0, 0
+        scene = SimpleNamespace(time=SimpleNamespace(end=100.0**2))
+
+        def advance(self):
+            while self.now < self.scene.time.end:
+                self.steps += 1
+                self.now = float(self.steps**2)
+                yield
+
+    simulation = Growing()
+    monkeypatch.setattr(begin, "Record", lambda *_: None)
+    monkeypatch.setattr(begin, "BUDGET", 50.0)
+    monkeypatch.setattr(begin.time, "perf_counter", lambda: float(simulation.steps))
+    assert begin._tried(simulation) == pytest.approx(51 + (100**2 - 51**2) / (51 + 46), rel=0.02)

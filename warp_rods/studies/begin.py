@@ -42,8 +42,8 @@ MOST_TASKS = 20_000
 """Of a level of a study: each costs client, scheduler and disk some milliseconds, and about ten files."""
 MOST_RODS, MOST_BYTES = 4096, 1.5e8
 """Rods of a batch, and bytes of its trajectory in memory, at most."""
-TRIED, BUDGET = 8, 3.0
-"""Points with which times are estimated, and seconds for that."""
+TRIED, BUDGET, LATE = 8, 3.0, 0.9
+"""Points with which times are estimated, seconds for that, and the share after which their last steps begin."""
 MOST_PLACES = 65536
 """Points of a chunk, which is a file of each variable."""
 FEWEST = 192
@@ -184,7 +184,10 @@ def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> fl
 
 
 def _tried(simulation: Simulation) -> float:
-    """Seconds of a whole simulation: of as much of it as fits in the budget, and as long again for what is left."""
+    """Seconds of a whole simulation: of as much of it as fits in the budget, and what is left at the speed of its end.
+
+    Steps begin short: an average over more of them would be far too slow for those that follow.
+    """
     Record(simulation, ())  # frames take time, too
     begun = time.perf_counter()
     passed = [(0.0, 0.0)]
@@ -192,7 +195,7 @@ def _tried(simulation: Simulation) -> float:
         passed.append((time.perf_counter() - begun, simulation.now))
         if passed[-1][0] > BUDGET:
             break
-    (before, since), (spent, now) = passed[len(passed) // 2], passed[-1]
+    (before, since), (spent, now) = passed[max(0, min(int(LATE * len(passed)), len(passed) - 2))], passed[-1]
     left = simulation.scene.time.end - now
     return spent + (left * (spent - before) / (now - since) if now > since else 0.0)
 

@@ -149,12 +149,23 @@ class Plan:
                 try:
                     Scene.parse(self.tables_at(point))
                 except SceneError as error:
-                    advice = LIST_THEM if axis.scale != "list" and "whole number" in str(error) else ""
+                    advice = self._advice(number, str(error))
                     lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}{advice}')
                     break
         _ = self.wanted
         if lines:
             raise SceneError("\n".join(lines))
+
+    def _advice(self, number: int, error: str) -> str:
+        """What to try where a value of an axis is not possible."""
+        axis = self.axes[number]
+        here: Any = self.tables
+        if axis.scale != "list" and "whole number" in error:
+            return LIST_THEM
+        for step in self.paths[number]:
+            here = here.get(step) if isinstance(here, dict) else here[step]
+        is_one = axis.numeric and isinstance(here, tuple) and len(here) > 1
+        return f"\n  one of its numbers is swept by its place, from 0: did you mean {axis.key}.1?" if is_one else ""
 
     # --- measures ----------------------------------------------------------------------------------------------------
 

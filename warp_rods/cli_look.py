@@ -119,7 +119,6 @@ def status(
     from warp_rods.draw.watch import line
     from warp_rods.simulation.files import STUDY
     from warp_rods.simulation.status import RunStatus, State, exit_code, status_of
-    from warp_rods.studies.status import in_a_line
 
     folders = run_dirs or sorted(path.parent for store in PLOTTED for path in RUNS.glob(f"*/{store}"))
     if not folders:
@@ -127,7 +126,7 @@ def status(
     found: list[RunStatus] = []
     for folder in folders:
         try:
-            found.append(in_a_line(folder) if (folder / STUDY).exists() else status_of(folder))
+            found.append(_of_study(folder) if (folder / STUDY).exists() else status_of(folder))
         except RunFolderError as fault:
             found.append(RunStatus(folder, State.NONE, why=str(fault)))
     console = Console(markup=False, highlight=False)
@@ -136,6 +135,13 @@ def status(
     for one in found:
         console.print(line(one, widths), soft_wrap=True)
     raise typer.Exit(exit_code(found))
+
+
+def _of_study(folder: Path) -> Any:
+    """The status of a study; what it imports takes a while, and is needed for studies alone."""
+    from warp_rods.studies.status import in_a_line
+
+    return in_a_line(folder)
 
 
 @scenes_app.callback(invoke_without_command=True)

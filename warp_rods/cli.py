@@ -193,11 +193,13 @@ def check(
     from warp_rods.simulation.check_scene import check_scene
 
     found = find_scene(scene)
-    print(check_scene(found))
-    if Scene.load(found).sweep is not None:
-        from warp_rods.studies.check import check_study
+    if Scene.load(found).sweep is None:
+        print(check_scene(found))
+        return
+    from warp_rods.studies.check import check_study
 
-        print(check_study(found))
+    about, warnings = check_study(found)  # first, as its faults are those of every point
+    print(check_scene(found, [about], warnings))
 
 
 def _export(run_dir: Path, out: Path | None, dry_run: bool, selection: dict[str, str], **given: Any) -> None:

@@ -106,26 +106,27 @@ def status(
         list[Path] | None,
         typer.Argument(
             metavar="DIR",
-            help="Folders of runs; without one those in runs/",
-            autocompletion=completion.run_folders,
+            help="Folders of runs and studies; without one those in runs/",
+            autocompletion=completion.plotted_folders,
         ),
     ] = None,
 ) -> None:
-    """How far runs are, a line each.
+    """How far runs and studies are, a line each.
 
     Exit code 0: all are finished; 1: one stopped before its end; 2: one is damaged, or no run; 3: rods were lost; 4:
     one is running.
     """
     from warp_rods.draw.watch import line
+    from warp_rods.simulation.files import STUDY
     from warp_rods.simulation.status import RunStatus, State, exit_code, status_of
 
-    folders = run_dirs or sorted(path.parent for path in RUNS.glob("*/trajectory.zarr"))
+    folders = run_dirs or sorted(path.parent for store in PLOTTED for path in RUNS.glob(f"*/{store}"))
     if not folders:
         raise RunFolderError("there are no runs in runs/: give the folders of runs")
     found: list[RunStatus] = []
     for folder in folders:
         try:
-            found.append(status_of(folder))
+            found.append(_of_study(folder) if (folder / STUDY).exists() else status_of(folder))
         except RunFolderError as fault:
             found.append(RunStatus(folder, State.NONE, why=str(fault)))
     console = Console(markup=False, highlight=False)
@@ -134,6 +135,13 @@ def status(
     for one in found:
         console.print(line(one, widths), soft_wrap=True)
     raise typer.Exit(exit_code(found))
+
+
+def _of_study(folder: Path) -> Any:
+    """The status of a study; what it imports takes a while, and is needed for studies alone."""
+    from warp_rods.studies.status import in_a_line
+
+    return in_a_line(folder)
 
 
 @scenes_app.callback(invoke_without_command=True)

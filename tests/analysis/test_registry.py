@@ -172,6 +172,17 @@ def test_mistakes_are_named(run):
         wr.measures(5)
 
 
+def test_variables_and_names_of_studies_are_told_from_measures():
+    """Whoever asks for a variable hears where it is, and for a name of studies the other one."""
+    one = xr.Dataset({"gauss": (("frame", "rod"), np.zeros((2, 1)))})
+    with pytest.raises(ValueError, match=r'no measure called gauss: it is a variable: data\["gauss"\]'):
+        wr.measure(one, "gauss")
+    with pytest.raises(ValueError, match=r'no measure called gauss: it is a variable: data\["a"\]\["gauss"\]'):
+        wr.measure(xr.DataTree.from_dict({"a": one}), "gauss")
+    with pytest.raises(ValueError, match="no measure called class, its name in a study: shape_class"):
+        wr.measure(one, "class")
+
+
 def assert_listed_measures_can_be_computed(data) -> set[str]:
     """And those that are not listed, although they have all they need, are refused or have no value."""
     listed = set(wr.measures(data))

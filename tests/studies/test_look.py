@@ -6,45 +6,20 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from examples.study import CELL, cells
+from examples.study import SPEED, cells, put, store_of
 
+from warp_rods.draw.colours import MAPS
 from warp_rods.draw.diagrams import Marks
 from warp_rods.errors import SceneError
-from warp_rods.scene.scene import Scene
-from warp_rods.studies.check import check_study
 from warp_rods.studies.columns import Column
-from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.plot import figure_of, opened, plot_study, plotted
 from warp_rods.studies.refine import levels
 from warp_rods.studies.status import status
-from warp_rods.studies.store import OWN, STORE, Store
+from warp_rods.studies.store import Store
 from warp_rods.studies.summaries import of_all
 
-SPEED = Column("speed", attributes={"units": "length/time", "long_name": "speed", "ancillary_variables": "settled"})
-CLASS = Column("class", text=True, attributes={"units": "1", "long_name": "class"})
 RANGE = {"from": 1e-3, "to": 1e-2, "num": 9, "scale": "log"}
-
-
-def store_of(plan: Plan, folder, chunk=None, columns=(SPEED, CLASS)) -> Store:
-    """A study in a folder of which no point is computed."""
-    (folder / "scene.toml").write_text(plan.scene.to_toml())
-    own = [name for name in OWN if name != "trajectory"]
-    return create(folder / STORE, plan.axes, columns, chunk or plan.shape, own, {"scene": plan.scene.to_toml()}, {})
-
-
-def put(store: Store, mask: np.ndarray, **values) -> None:
-    """Write values, which are [key, …] or one for all, at the points of a mask."""
-    for chunk in store.chunks():
-        here = np.zeros_like(mask)
-        here[store.region(chunk)] = mask[store.region(chunk)]
-        points = [tuple(map(int, point)) for point in np.argwhere(here)]
-        at = tuple(np.array(points).T)
-        if points:
-            whole = {
-                name: np.broadcast_to(np.asarray(v), mask.shape)[at] for name, v in ({"state": 1} | values).items()
-            }
-            store.put(chunk, points, whole)
 
 
 # --- settling --------------------------------------------------------------------------------------------------------
@@ -70,24 +45,6 @@ def test_points_of_which_settling_is_not_known_are_counted_and_marked(tmp_path):
         [False, False, True, False],
     ]
     assert Marks(data, assumes=False).sound.all()
-
-
-@pytest.mark.parametrize(
-    ("measure", "swept", "end", "warned"),
-    [
-        (["speed", "class"], {"swimmers.cell.bend": [1e-3]}, 0.5, True),
-        (["speed"], {"time.end": [1.0, 0.3, 2.0]}, 1.0, True),
-        (["speed"], {"swimmers.cell.bend": [1e-3]}, 1.2, False),
-    ],
-)
-def test_the_check_warns_of_too_few_frames(tmp_path, measure, swept, end, warned):
-    scene = Scene.parse({"swimmers": [CELL], "time": {"end": end, "save_every": 0.1},
-                         "sweep": {**swept, "measure": measure}})  # fmt: skip
-    (tmp_path / "scene.toml").write_text(scene.to_toml())
-    said = check_study(tmp_path / "scene.toml")
-    assert ("give time.save_every = time.end/12 or less" in said) == warned and "a study of" in said
-    if warned:
-        assert f"warning: {', '.join(measure)} assume" in said
 
 
 # --- pace ------------------------------------------------------------------------------------------------------------
@@ -186,3 +143,63 @@ def test_what_is_not_drawn_is_told(tmp_path):
     assert [line.partition(" with")[0] for line in plotted(tmp_path, [])] == [why]
     with pytest.raises(SceneError, match=why):
         plotted(tmp_path, ["modes"])
+
+
+def filled(axes) -> np.ndarray:
+    """Whether each place of a map has a colour [x, y]."""
+    return ~np.ma.getmaskarray(np.ma.masked_invalid(axes.collections[0].get_array())).T
+
+
+def test_places_about_points_that_are_not_computed_have_no_colour(tmp_path):
+    """Of 4 × 4 first points the left half is done: nothing is known of places from half-way on."""
+    ranges = {
+        f"swimmers.cell.{key}": {"from": 1e-3, "to": 1e-2, "num": 4} for key in ("bend", "moment")
+    }  # fmt: skip
+    plan = Plan(cells(ranges | {"seeds": 2, "refine": 2}))
+    store = store_of(plan, tmp_path)
+    done = plan.first()
+    done[8:] = False
+    put(store, done, speed=1.0, **{"class": "U"})
+    for name in ("speed", "class"):
+        (axes,) = panels_of(store, name)
+        expected = np.zeros((13, 13), dtype=bool)
+        expected[:6] = True
+        np.testing.assert_array_equal(filled(axes), expected)
+    said = []
+    plot_study(tmp_path, ["speed"], tmp_path / "out", tell=said.append)
+    assert said == ["16 of 32 points computed"] and said[0] in (tmp_path / "out" / "speed.svg").read_text()
+
+
+def test_computed_points_of_a_refinement_have_their_own_colour(tmp_path):
+    """Also where a first point beside them has failed."""
+    ranges = {f"swimmers.cell.{key}": {"from": 1e-3, "to": 1e-2, "num": 2} for key in ("bend", "moment")}
+    plan = Plan(cells(ranges | {"seeds": 1, "refine": 1}))
+    store = store_of(plan, tmp_path)
+    states = np.ones(plan.shape)
+    states[2, 2] = 3
+    put(store, np.ones(plan.shape, dtype=bool), state=states, speed=np.where(states == 1, 1.0, np.nan))
+    assert filled(panels_of(store, "speed")[0]).sum() == 8
+
+
+def test_what_is_drawn_of_several_seeds_is_said(tmp_path):
+    one = {"swimmers.cell.bend": RANGE, "swimmers.cell.moment": [0.0]}
+    for number, swept in enumerate(({}, one)):
+        (folder := tmp_path / str(number)).mkdir()
+        plan = Plan(cells(swept | {"seeds": 2}))
+        store = store_of(plan, folder)
+        put(store, plan.first(), speed=np.indices(plan.shape).sum(axis=0), **{"class": "U"})
+        figures = {name: figure_of(opened(folder), name) for name in ("speed", "class")}
+        if swept:
+            assert figures["speed"].axes[0].get_ylabel() == "speed (length/time)\nmean of 2 seeds"
+            assert figures["class"].axes[0].get_ylabel() == "commonest of 2 seeds"
+        else:
+            assert figures["speed"].axes[-1].get_ylabel().endswith(", mean of 2 seeds")
+            assert figures["class"].legends[0].get_title().get_text() == "commonest of 2 seeds"
+
+
+def test_values_of_both_signs_have_colours_centred_on_zero(tmp_path):
+    plan = Plan(cells({"seeds": 1}))
+    store = store_of(plan, tmp_path, columns=[SPEED])
+    put(store, plan.first(), speed=np.indices(plan.shape).sum(axis=0) - 1.0)
+    mesh = panels_of(store, "speed")[0].collections[0]
+    assert mesh.get_clim() == (-4.0, 4.0) and mesh.get_cmap().name == MAPS["signed"]

@@ -223,3 +223,12 @@ def test_a_simulation_that_was_tried_goes_on_as_if_it_had_not_been():
             pass
         ends.append(simulation.ensembles["cell"].position)
     same(*ends)
+
+
+def test_measures_have_the_same_values_by_either_of_their_names():
+    one, other = (
+        as_rods(Plan(cells({"measure": names})), [(0, 0, 0), (3, 2, 1)], "cpu").values
+        for names in (["class", "modes"], ["shape_class", "mode_coefficients"])
+    )
+    same(one["class"], other["shape_class"])
+    same(one["modes"], other["mode_coefficients"])

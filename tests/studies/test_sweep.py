@@ -66,7 +66,7 @@ def test_a_study_is_replaced_only_when_all_is_ready_and_with_what_is_its_own(who
     assert plot_study(folder)[0].parent == folder / "plots" and (folder / "scene.toml").is_file()
     (folder / "notes.txt").write_text("mine")
     with monkeypatch.context() as patched:
-        patched.setattr(begin, "_probe", lambda *_: 1 / 0)
+        patched.setattr(begin, "probe", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             wr.sweep(cells(), folder, device="cpu", workers=1, overwrite=True)
     assert (first.data["state"] == 1).all()
@@ -232,7 +232,7 @@ def test_a_refined_study_is_finer_where_its_class_changes(tmp_path):
     study = wr.sweep(cells(sweep), tmp_path / "study", device="cpu", part=(1, 1))
     states = study.data["state"].to_numpy().ravel()
     assert states.size == 5 and states[::2].all() and states[1::2].any() and study.left == 0
-    assert tasks.SCENE in {file.name for file in study.folder.iterdir()} and "refined 1 times" in status(study.folder)
+    assert tasks.SCENE in {file.name for file in study.folder.iterdir()} and "refined once" in status(study.folder)
     assert {path.name for path in plot_study(study.folder)} == {"speed.png", "class.png"}
 
 

@@ -39,6 +39,8 @@ __all__ = ["MEASURES", "Measure", "Measures", "measure", "measures"]
 LOG = logging.getLogger("warp_rods")
 FAILED = "failed"
 """The value of a rod that failed in a measure whose values are words."""
+IN_STUDIES = {"class": "shape_class", "modes": "mode_coefficients"}
+"""Measures that have a shorter name in a parameter study, too."""
 _ENERGIES = ("activity", "strain", "energy_density")
 _GAUSS = ("gauss", "status", MEMBRANE)
 _FORCE = ("load", "end_load", "length")
@@ -142,6 +144,9 @@ def take(
     if not names:
         raise ValueError("no measure is named: measures(data) lists those for these data")
     _check_data(data)
+    for name in names:
+        if isinstance(name, str) and name not in table and (why := _no_measure(name, data)):
+            raise ValueError(why)
     rows = {name: named(table, name) for name in names}
     _check_options(rows, options)
     for name, row in rows.items():
@@ -149,6 +154,17 @@ def take(
             raise ValueError(obstacle)
     found = [_taken(name, row, data, options) for name, row in rows.items()]
     return xr.merge(found, join="outer", compat="no_conflicts")
+
+
+def _no_measure(name: str, data: xr.Dataset | xr.DataTree) -> str:
+    """What somebody may have meant who asks for a measure that there is not; empty where it is not known."""
+    if name in IN_STUDIES:
+        return f"no measure called {name}, its name in a study: {IN_STUDIES[name]}"
+    groups = [data] if isinstance(data, xr.Dataset) else list(data.children.values())
+    if any(name in group.data_vars for group in groups):
+        where = "" if isinstance(data, xr.Dataset) else f'["{next(k for k, g in data.children.items() if name in g)}"]'
+        return f'no measure called {name}: it is a variable: data{where}["{name}"]'
+    return ""
 
 
 def named(table: Mapping[str, Measure], name: str) -> Measure:

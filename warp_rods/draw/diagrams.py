@@ -1,8 +1,8 @@
 """Diagrams of studies: a measure over one swept key, or over two; functions ``(axes, data, name)``.
 
 ``data``: results of a study whose dimensions are the swept keys drawn and ``seed``. Numbers are means over the seeds,
-words the commonest. Failed and lost points are crosses, points that had not settled are open circles, those of which it
-cannot be told open squares.
+words the commonest, and labels say so. Failed and lost points are crosses, points that had not settled are open
+circles, those of which it cannot be told open squares.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.style import OKABE_ITO
 from warp_rods.values import shortened
 
-__all__ = ["CLASS_COLOURS", "COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "stride_of"]
+__all__ = ["CLASS_COLOURS", "COMPUTED", "SEED", "classes_in", "colour_of", "diagram", "over_how_many", "stride_of"]
 
 SEED = "seed"
 COMPUTED = 1
@@ -48,6 +48,12 @@ def over_seeds(values: xr.DataArray) -> xr.DataArray:
     """The mean of a number over the seeds, the commonest of words, of those that were measured."""
     values = values.transpose(..., SEED)
     return values.isel({SEED: 0}).copy(data=mean_or_commonest(values.to_numpy()))
+
+
+def over_how_many(data: xr.Dataset, name: str) -> str:
+    """What is drawn of several seeds, such as "mean of 5 seeds"; empty for one."""
+    count = data.sizes[SEED]
+    return f"{'commonest' if _is_words(data[name]) else 'mean'} of {count} seeds" if count > 1 else ""
 
 
 def _is_words(values: xr.DataArray) -> bool:
@@ -118,7 +124,7 @@ def _curve(axes: Any, data: xr.Dataset, values: xr.DataArray, key: str) -> None:
     axes.plot(places[known], values.to_numpy()[known], "-" if not labels else "", color=BLUE)
     bottom = axes.get_ylim()[0]
     _points(axes, marks, places, np.where(known, values.to_numpy(), bottom), color=BLUE)
-    axes.set_ylabel(label_of(values))
+    axes.set_ylabel("\n".join(filter(None, [label_of(values), over_how_many(data, str(name))])))
     axes.set_xscale("log" if log else "linear")
     _set_axis(axes.xaxis, data, key)
 
@@ -134,6 +140,7 @@ def _words_on_a_line(axes: Any, data: xr.Dataset, values: xr.DataArray, key: str
         axes.plot(places[here], rows[here], "s", color=colour_of(word, words), markersize=5)
     _points(axes, marks, places, rows, size=1.5)
     axes.set_yticks(range(len(words)), words)
+    axes.set_ylabel(over_how_many(data, str(values.name)))
     axes.set_ylim(-0.5, max(len(words) - 0.5, 0.5))
     axes.set_xscale("log" if log else "linear")
     _set_axis(axes.xaxis, data, key)
@@ -155,7 +162,10 @@ def _points(axes: Any, marks: Marks, x: np.ndarray, y: np.ndarray, size: float =
 
 
 def _map(axes: Any, data: xr.Dataset, values: xr.DataArray, keys: list[str]) -> Any:
-    """Colours over two keys: each place has that of the nearest point, and the points are drawn."""
+    """Colours over two keys: each place has that of the nearest point, and the points are drawn.
+
+    Places whose nearest first points are not all computed stay blank.
+    """
     x, y = keys
     values, data = values.transpose(x, y), data.transpose(x, y, ...)
     marks, words = _marks(data, values), classes_in(values) if _is_words(values) else []
@@ -188,7 +198,10 @@ def _as_numbers(values: xr.DataArray, words: list[str]) -> np.ndarray:
 
 
 def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list[str]) -> np.ndarray:
-    """The value of the nearest known point, in steps of the first points; NaN at first points without a value."""
+    """The value of the nearest known point, in steps of the first points; NaN where a nearest first point has none.
+
+    What is not computed yet is not taken from afar: a place has the colour of its own neighbourhood, or none.
+    """
     from scipy.ndimage import distance_transform_edt
 
     if not known.any():
@@ -198,10 +211,18 @@ def _nearest(values: np.ndarray, known: np.ndarray, data: xr.Dataset, keys: list
         ~known, sampling=[1 / s for s in strides], return_distances=False, return_indices=True
     )
     filled = values[tuple(where)]
-    first = np.zeros(values.shape, dtype=bool)
-    first[:: strides[0], :: strides[1]] = True
-    filled[first & ~known] = np.nan
+    surrounded = known
+    for axis, stride in enumerate(strides):
+        low, high = _nearest_first(values.shape[axis], stride)
+        surrounded = surrounded.take(low, axis) & surrounded.take(high, axis)
+    filled[~surrounded & ~known] = np.nan
     return np.asarray(filled)
+
+
+def _nearest_first(count: int, stride: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of each of ``count`` places the first points nearest to it: two in the middle between them, else one twice."""
+    at = np.arange(count)
+    return (at + (stride - 1) // 2) // stride * stride, (at + stride // 2) // stride * stride
 
 
 def stride_of(key: xr.DataArray) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from warp_rods.progress import waiting
@@ -10,9 +11,10 @@ from warp_rods.simulation.estimates import check_disk, check_memory
 from warp_rods.simulation.files import default_folder
 
 
-def check_scene(path: str | Path) -> str:
+def check_scene(path: str | Path, about: Sequence[str] = (), warned: Sequence[str] = ()) -> str:
     """Rods, notes, warnings and estimates of the scene in a file; raises SceneError for one that cannot run.
 
+    about, warned: what else is to be said of it, as of the study of which it is the first scene, and further warnings.
     Rods are placed, and a few steps are tried to tell how long a run takes; what needs too much memory or disk is
     refused before.
     """
@@ -24,7 +26,7 @@ def check_scene(path: str | Path) -> str:
 
     with waiting("placing rods"):
         simulation = Simulation(scene, "cpu")
-    warnings = [*simulation.warnings, *check_disk(simulation.scene, folder)]
+    warnings = [*simulation.warnings, *check_disk(simulation.scene, folder), *warned]
     with waiting("compiling kernels (once on a machine, then cached), and trying a few steps"):
         simulation.warm_up()
         estimates = timing.lines(simulation)
@@ -35,4 +37,4 @@ def check_scene(path: str | Path) -> str:
     count = len(warnings)
     result = f"{count} warning{'s' if count > 1 else ''}" if count else "no problems found"
     said = [f"warning: {line}" for line in warnings]
-    return "\n".join([*rods, *simulation.notes, *estimates, *said, f"{simulation.pace}: {result}"])
+    return "\n".join([*rods, *simulation.notes, *estimates, *about, *said, f"{simulation.pace}: {result}"])

@@ -9,7 +9,10 @@ from pathlib import Path
 
 from warp_rods.errors import RunFolderError
 
-__all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "replace_file", "sync"]
+__all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "no_run", "replace_file", "sync"]
+
+STUDY = "study.zarr"
+"""The results of a parameter study, in its folder."""
 
 
 def replace_file(
@@ -40,6 +43,17 @@ def replace_file(
 def default_folder(scene: object) -> Path:
     """The folder of a run for which none is given: ``runs/NAME`` of a scene in NAME.toml."""
     return Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+
+
+def no_run(folder: Path) -> str:
+    """Why a folder in which there is no run cannot be looked at as one, and what to try."""
+    if not (folder / STUDY).exists():
+        return f"There is no run in {folder}: give the folder that `warp-rods run SCENE --out DIR` wrote"
+    runs = f"; the runs of its points are in {folder / 'trajectories'}" if (folder / "trajectories").is_dir() else ""
+    return (
+        f"{folder} holds a study, which is not one run: `warp-rods sweep SCENE --out {folder} --status` says how far "
+        f'it is, `warp-rods plot {folder}` draws it, xarray.open_zarr("{folder / STUDY}") reads it{runs}'
+    )
 
 
 def nearest_existing(folder: Path) -> Path:

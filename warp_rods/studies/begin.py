@@ -10,12 +10,11 @@ import tomllib
 import uuid
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tomli_w
 
-from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
+from warp_rods.errors import RunFolderError, WarpRodsError
 from warp_rods.scene.scene import Scene, with_whole_paths
 from warp_rods.simulation.files import replace_file
 from warp_rods.simulation.loop import Simulation
@@ -26,9 +25,9 @@ from warp_rods.studies.inputs import inputs
 from warp_rods.studies.marks import this_process
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan
-from warp_rods.studies.points import assumes, measured
-from warp_rods.studies.probes import refuse_other_dimensions
-from warp_rods.studies.record import Record, bytes_of_a_rod, still
+from warp_rods.studies.points import assumes
+from warp_rods.studies.probes import IDLE_SEEDS, probe, seeds_are_idle
+from warp_rods.studies.record import Record, bytes_of_a_rod
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
 from warp_rods.studies.tasks import SCENE, TRAJECTORIES, scene_of
@@ -43,8 +42,8 @@ MOST_TASKS = 20_000
 """Of a level of a study: each costs client, scheduler and disk some milliseconds, and about ten files."""
 MOST_RODS, MOST_BYTES = 4096, 1.5e8
 """Rods of a batch, and bytes of its trajectory in memory, at most."""
-TRIED, BUDGET = 8, 3.0
-"""Points with which times are estimated, and seconds for that."""
+TRIED, BUDGET, LATE = 8, 3.0, 0.9
+"""Points with which times are estimated, seconds for that, and the share after which their last steps begin."""
 MOST_PLACES = 65536
 """Points of a chunk, which is a file of each variable."""
 FEWEST = 192
@@ -117,7 +116,7 @@ def _warm_up(plan: Plan, device: str) -> Simulation:
 
 def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: bool) -> tuple[Store, list[str]]:
     simulation = _warm_up(plan, device)
-    found = _probe(plan, simulation)
+    found = probe(plan, simulation)
     reason = why_not(plan.scene, plan.paths, simulation) if plan.sweep.keep == "summary" else "trajectories are kept"
     seconds = _seconds(plan, simulation, device, alone=bool(reason))
     rods = max(simulation.rods, 1)
@@ -144,6 +143,8 @@ def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: boo
     _copy_scene(store, folder)
     how = f"rods of batches of up to {together}" if together else f"simulated one by one, as {reason}"
     warnings = [f"warning, at the first point: {line}" for line in simulation.warnings]
+    if seeds_are_idle(plan, simulation):
+        warnings.append(f"warning: {IDLE_SEEDS}")
     return store, [*warnings, f"points are {how}; about {seconds:.2g} s of one core for each"]
 
 
@@ -169,16 +170,6 @@ def _copy_scene(store: Store, folder: Path) -> None:
         replace_file(folder / SCENE, text, store.partial(), durable=True)
 
 
-def _probe(plan: Plan, simulation: Simulation) -> dict[str, Any]:
-    """All measures of a point in which nothing moves, for their names and dimensions; raises SceneError."""
-    try:
-        found = measured(plan, still(simulation), 1, simulation.surfaces["surface"])
-    except ValueError as error:
-        raise SceneError(f"sweep.measure: {error}") from None
-    refuse_other_dimensions(plan, simulation, found)
-    return found
-
-
 def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> float:
     """Seconds of one core for a point, simulated alone or as a rod of a batch; some are tried for that."""
     if alone:
@@ -194,7 +185,10 @@ def _seconds(plan: Plan, simulation: Simulation, device: str, alone: bool) -> fl
 
 
 def _tried(simulation: Simulation) -> float:
-    """Seconds of a whole simulation: of as much of it as fits in the budget, and as long again for what is left."""
+    """Seconds of a whole simulation: of as much of it as fits in the budget, and what is left at the speed of its end.
+
+    Steps begin short: an average over more of them would be far too slow for those that follow.
+    """
     Record(simulation, ())  # frames take time, too
     begun = time.perf_counter()
     passed = [(0.0, 0.0)]
@@ -202,7 +196,7 @@ def _tried(simulation: Simulation) -> float:
         passed.append((time.perf_counter() - begun, simulation.now))
         if passed[-1][0] > BUDGET:
             break
-    (before, since), (spent, now) = passed[len(passed) // 2], passed[-1]
+    (before, since), (spent, now) = passed[max(0, min(int(LATE * len(passed)), len(passed) - 2))], passed[-1]
     left = simulation.scene.time.end - now
     return spent + (left * (spent - before) / (now - since) if now > since else 0.0)
 

@@ -113,8 +113,14 @@ class Plan:
     @property
     def size(self) -> str:
         """The number of points, and of values on each axis."""
-        sizes = " × ".join(f"{axis.first} {axis.key}" for axis in self.axes)
-        return f"{self.first_points} points ({sizes}){f', refined {self.levels} times' if self.levels else ''}"
+        *axes, seeds = self.axes
+        sizes = [f"{axis.first} {axis.key}" for axis in axes] + [f"{len(seeds)} seed{'s' * (len(seeds) > 1)}"]
+        return f"{self.first_points} points ({' × '.join(sizes)}){f', {self.refined}' if self.levels else ''}"
+
+    @property
+    def refined(self) -> str:
+        """How often the grid is refined, in words."""
+        return f"refined {({1: 'once', 2: 'twice'}).get(self.levels, f'{self.levels} times')}"
 
     # --- scenes ------------------------------------------------------------------------------------------------------
 
@@ -145,12 +151,23 @@ class Plan:
                 try:
                     Scene.parse(self.tables_at(point))
                 except SceneError as error:
-                    advice = LIST_THEM if axis.scale != "list" and "whole number" in str(error) else ""
+                    advice = self._advice(number, str(error))
                     lines.append(f'sweep."{axis.key}" = {shown(axis.values[i])}: {error}{advice}')
                     break
         _ = self.wanted
         if lines:
             raise SceneError("\n".join(lines))
+
+    def _advice(self, number: int, error: str) -> str:
+        """What to try where a value of an axis is not possible."""
+        axis = self.axes[number]
+        here: Any = self.tables
+        if axis.scale != "list" and "whole number" in error:
+            return LIST_THEM
+        for step in self.paths[number]:
+            here = here.get(step) if isinstance(here, dict) else here[step]
+        is_one = axis.numeric and isinstance(here, tuple) and len(here) > 1
+        return f"\n  one of its numbers is swept by its place, from 0: did you mean {axis.key}.1?" if is_one else ""
 
     # --- measures ----------------------------------------------------------------------------------------------------
 

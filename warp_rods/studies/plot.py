@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
@@ -11,11 +12,15 @@ import numpy as np
 import xarray as xr
 
 from warp_rods.draw import plots
-from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, stride_of
+from warp_rods.draw.colours import MAPS
+from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, over_how_many, stride_of
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.of_run import FOLDER
 from warp_rods.errors import RunFolderError, SceneError
-from warp_rods.studies.store import OWN, STORE
+from warp_rods.studies.plan import Plan
+from warp_rods.studies.status import counts
+from warp_rods.studies.store import OWN, STORE, Store
+from warp_rods.studies.tasks import scene_of
 from warp_rods.values import nearest, shortened
 
 __all__ = ["plot_study"]
@@ -45,8 +50,9 @@ def plot_study(
     """Draw measures of a study (default: all) into ``plots`` in its folder, or ``out``; returns the PNGs.
 
     Each is NAME.png and NAME.svg. ``tell`` is called with lines about what is not drawn: measures with further
-    dimensions, such as ``modes``, and panels beyond ``MOST_PANELS``. Raises RunFolderError where there is no study, or
-    nothing is computed, and SceneError for a measure that it does not have, or that cannot be drawn.
+    dimensions, such as ``modes``, panels beyond ``MOST_PANELS``, and points that are not computed yet. Raises
+    RunFolderError where there is no study, or nothing is computed, and SceneError for a measure that it does not have,
+    or that cannot be drawn.
     """
     data = opened(folder)
     further = {str(name): v.dims[data["state"].ndim :] for name, v in data.data_vars.items() if name not in OWN}
@@ -61,10 +67,13 @@ def plot_study(
     for name in further if not measures else ():
         if further[name]:
             tell(_not_drawn(name, further[name]))
-    if left := _left_out(data):
-        tell(left)
+    unfinished = _unfinished(Path(folder))
+    for line in filter(None, [_left_out(data), unfinished]):
+        tell(line)
     place = Path(folder) / FOLDER if out is None else Path(out)
-    return [plots.save(figure_of(data, name), place / name.replace(".", "-"))[0] for name in measures or names]
+    return [
+        plots.save(figure_of(data, name, unfinished), place / name.replace(".", "-"))[0] for name in measures or names
+    ]
 
 
 def opened(folder: str | Path) -> xr.Dataset:
@@ -125,8 +134,22 @@ def _left_out(data: xr.Dataset) -> str:
     )
 
 
-def figure_of(data: xr.Dataset, name: str) -> Any:
-    """The figure of one measure over the two keys with the most values; a panel for each value of the others."""
+def _unfinished(folder: Path) -> str:
+    """How many points are computed, in words, where some are left; empty where none is."""
+    with contextlib.suppress(SceneError):  # a study may have been moved away from the files of its scene
+        store = Store(folder / STORE)
+        points, left = counts(Plan(scene_of(store), store.dims), store)
+        done = points.get("computed", 0)
+        others = sum(points.get(word, 0) for word in ("lost", "failed"))
+        return f"{done} of {done + others + left} points computed" if left else ""
+    return ""
+
+
+def figure_of(data: xr.Dataset, name: str, note: str = "") -> Any:
+    """The figure of one measure over the two keys with the most values; a panel for each value of the others.
+
+    note: a line below it.
+    """
     _, others = _keys(data)
     cases = _drawn(_cases(data))
     columns = min(len(cases), 3)
@@ -142,8 +165,8 @@ def figure_of(data: xr.Dataset, name: str) -> Any:
                 axes.set_title(", ".join(_title(key, part[key].item()) for key in others))
         for axes in panels[len(cases) :]:
             axes.remove()
-        _legend(figure, [axes for axes, _ in zip(panels, cases, strict=False)], meshes, label_of(data[name]))
-        figure.supxlabel(_left_out(data), fontsize="x-small", color="0.4")
+        _legend(figure, list(panels[: len(cases)]), meshes, data, name)
+        figure.supxlabel("; ".join(filter(None, [_left_out(data), note])), fontsize="x-small", color="0.4")
     return figure
 
 
@@ -152,16 +175,29 @@ def _title(key: str, value: object) -> str:
     return f"{key.split('.')[-1]} = {f'{value:.4g}' if isinstance(value, float) else shortened(str(value))}"
 
 
-def _legend(figure: Any, panels: list[Any], meshes: list[Any], words: str) -> None:
+def _legend(figure: Any, panels: list[Any], meshes: list[Any], data: xr.Dataset, name: str) -> None:
     """One legend for all panels, or the colour bar."""
+    drawn = [mesh for mesh in meshes if mesh is not None]
+    seeds = over_how_many(data, name)
     found = [axes.get_legend_handles_labels() for axes in panels]
     entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
     if entries:
-        figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
-    drawn = [mesh for mesh in meshes if mesh is not None]
-    values = [np.ma.masked_invalid(mesh.get_array()).compressed() for mesh in drawn]
-    if any(map(len, values)):
-        low, high = (float(end(np.concatenate(values))) for end in (np.min, np.max))
-        for mesh in drawn:
-            mesh.set_clim(low, high)
-        figure.colorbar(drawn[0], ax=panels, label=words)
+        on_a_map = len(_keys(data)[0]) == 2 and data[name].dtype.kind in "UO"  # others say it on an axis
+        title = seeds if on_a_map and seeds else None
+        figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4, title=title)
+    if drawn and _scale(drawn):
+        figure.colorbar(drawn[0], ax=panels, label=", ".join(filter(None, [label_of(data[name]), seeds])))
+
+
+def _scale(meshes: list[Any]) -> bool:
+    """Give all panels the same colours, centred on zero where values have both signs; False where there are none."""
+    values = np.concatenate([np.ma.masked_invalid(mesh.get_array()).compressed() for mesh in meshes])
+    if not len(values):
+        return False
+    low, high = float(values.min()), float(values.max())
+    signed = low < 0 < high
+    for mesh in meshes:
+        if signed:
+            mesh.set_cmap(MAPS["signed"])
+        mesh.set_clim(*((-max(-low, high), max(-low, high)) if signed else (low, high)))
+    return True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -123,7 +125,8 @@ def _run(plan: Plan, point: Index, scene: Scene, device: str, folder: Path) -> R
 
     said = ""
     try:
-        run = simulate(scene, folder, device=device, resume=True, console=Console(quiet=True))
+        with _not_logged():  # all points have much the same warnings: ``status.warnings`` names the points
+            run = simulate(scene, folder, device=device, resume=True, console=Console(quiet=True))
         said = "; ".join(line for line in run.messages if line.startswith("warning"))
     except RodFailure as error:
         said = str(error)
@@ -135,6 +138,17 @@ def _run(plan: Plan, point: Index, scene: Scene, device: str, folder: Path) -> R
     found.values["message"][0] = said
     found.values["trajectory"][0] = f"{folder.parent.name}/{folder.name}"
     return found
+
+
+@contextlib.contextmanager
+def _not_logged() -> Iterator[None]:
+    """A context in which the logger of the package says nothing."""
+    log = logging.getLogger("warp_rods")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
 
 
 def name_of(point: Index) -> str:

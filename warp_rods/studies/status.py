@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import re
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from warp_rods.errors import WarpRodsError
 from warp_rods.progress import in_words
-from warp_rods.studies.plan import Plan
+from warp_rods.simulation.status import RunStatus, State
+from warp_rods.simulation.under_way import is_under_way
+from warp_rods.studies.plan import Index, Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.store import STATES, STORE, Store
 from warp_rods.studies.tasks import scene_of
 
-__all__ = ["counts", "status"]
+__all__ = ["counts", "in_a_line", "status", "warnings"]
 
 SETTLING = {0: "not settled", -1: "unknown if settled"}
 LATELY = 300.0
 """Seconds over which the throughput is measured."""
+MOST_WARNINGS = 5
+"""That are told at the end of a study."""
 
 
 def counts(plan: Plan, store: Store) -> tuple[dict[str, int], int]:
@@ -37,17 +44,49 @@ def status(folder: str | Path) -> str:
     store = Store(folder / STORE)
     plan = Plan(scene_of(store), store.dims)
     points, left = counts(plan, store)
-    done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
     said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")
-    share = 100 * done / max(done + left, 1)
-    lines = [f"{folder}: {done} of {done + left} points done ({share:.0f} %){': ' if said else ''}{said}"]
+    lines = [f"{folder}: {_done(points, left)}{': ' if said else ''}{said}"]
     if left:
         lines.append(_pace(plan, store, left))
     elif plan.levels:
-        lines.append(
-            f"refined {plan.levels} times" if _all_levels(plan, store) else "the next refinement is still to come"
-        )
+        lines.append(plan.refined if _all_levels(plan, store) else "the next refinement is still to come")
     return "\n".join(lines)
+
+
+def warnings(plan: Plan, store: Store) -> list[str]:
+    """The warnings of points, each once, with the first point that has it and the number of the others."""
+    found: dict[str, list[Index]] = {}
+    messages = store.whole("message")
+    for point in map(tuple, np.argwhere(messages != "").tolist()):
+        for line in re.split(r"(?:^|; )warning: ", messages[point])[1:]:
+            found.setdefault(line, []).append(point)
+    told = [
+        f"warning, at {plan.words(points[0])}{_and_others(len(points) - 1)}: {line}" for line, points in found.items()
+    ]
+    left = len(told) - MOST_WARNINGS
+    more = [f"{left} other warnings are in the variable message of {STORE}"] if left > 0 else []
+    return told[:MOST_WARNINGS] + more
+
+
+def _and_others(count: int) -> str:
+    return f" and {count} other point{'s' * (count > 1)}" if count else ""
+
+
+def in_a_line(folder: Path) -> RunStatus:
+    """The same in a line of ``warp-rods status`` beside those of runs."""
+    try:
+        store = Store(folder / STORE)
+        points, left = counts(Plan(scene_of(store), store.dims), store)
+        running = is_under_way(folder)
+    except WarpRodsError as fault:
+        return RunStatus(folder, State.DAMAGED, why=f"a study: {str(fault).splitlines()[0]}")
+    state = State.RUNNING if running else State.STOPPED if left else State.FINISHED
+    return RunStatus(folder, state, why=f"a study: {_done(points, left)}")
+
+
+def _done(points: Mapping[str, int], left: int) -> str:
+    done = sum(points.get(STATES[code], 0) for code in (1, 2, 3))
+    return f"{done} of {done + left} points done ({100 * done / max(done + left, 1):.0f} %)"
 
 
 def _all_levels(plan: Plan, store: Store) -> bool:

@@ -25,7 +25,7 @@ import numpy as np
 
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import crc
-from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.files import STUDY, replace_file
 from warp_rods.simulation.zarr_format import (
     METADATA,
     text_chunk,
@@ -35,7 +35,7 @@ from warp_rods.studies.marks import MarkLost, alone, this_process
 
 __all__ = ["STORE", "Store"]
 
-STORE = "study.zarr"
+STORE = STUDY
 STATE = "state"
 STATES = {0: "not computed", 1: "computed", 2: "lost", 3: "failed"}
 OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {

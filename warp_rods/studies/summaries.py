@@ -18,7 +18,7 @@ from warp_rods.analysis.averages import commonest
 from warp_rods.analysis.described import described
 from warp_rods.analysis.listing import MEMBRANE, Measure
 from warp_rods.analysis.motion_class import FEWEST, STRAIGHT
-from warp_rods.analysis.registry import FAILED, MEASURES, named, take
+from warp_rods.analysis.registry import FAILED, IN_STUDIES, MEASURES, named, take
 from warp_rods.analysis.settling import settling_time
 from warp_rods.analysis.shape import mode_coefficients
 
@@ -127,6 +127,7 @@ SUMMARIES: dict[str, Summary] = {
 }
 """By name in a sweep. ``speed``, ``class``, ``period`` and ``modes`` (root mean square of the twist-free bending on the
 beam modes) are those of the later half of the run."""
+SUMMARIES |= {name: SUMMARIES[short] for short, name in IN_STUDIES.items()}
 
 
 def summary_of(name: str) -> Summary:

@@ -26,7 +26,7 @@ from warp_rods.studies.begin import begin
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.serial import run_here, share
-from warp_rods.studies.status import counts
+from warp_rods.studies.status import counts, warnings
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.study import Study
 from warp_rods.studies.tasks import Outcome, Task, tasks_of
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 LOCK = ".lock"
+STOPPING = "stopping: tasks at work have some seconds to end; a second Ctrl-C does not wait"
 
 
 def sweep(
@@ -72,14 +73,20 @@ def sweep(
     places = _places(device)
     how = How(",".join(places), scheduler, workers or (mine[1] if mine else _processes(places)), mine)
     said: list[str] = []
+    begun: tuple[Plan, Store] | None = None
     try:
         with _held(folder, mine):
-            plan, store = _begun(plan, folder, how, overwrite, _teller(said, console), console)
+            begun = plan, store = _begun(plan, folder, how, overwrite, _teller(said, console), console)
             _levels(plan, store, folder, how, _teller(said, console), console)
+            for line in warnings(plan, store) if plan.sweep.keep == "trajectory" else ():
+                _teller(said, console)(line)
             return Study(folder, *counts(plan, store), said)
     except OSError as fault:
         raise _storage(fault, folder) from None
     except (KeyboardInterrupt, Interrupted):
+        if begun is not None and not (found := counts(*begun))[1]:
+            console.print("all points were finished in the meantime", soft_wrap=True)
+            return Study(folder, *found, said)
         console.print("stopped: what was finished is kept, and the same command goes on", soft_wrap=True)
         raise
 
@@ -192,6 +199,10 @@ def _levels(
                 tell(f"refinement {level} of {plan.levels}: {sum(len(task.points) for task in mine)} points more")
             if mine:
                 _do(mine, folder, console, how.device, engine, level)
+    except (KeyboardInterrupt, Interrupted):
+        if engine is not None and engine.has_processes:
+            console.print(STOPPING, soft_wrap=True)
+        raise
     finally:
         if engine is not None:
             engine.close()
@@ -214,6 +225,11 @@ class _Dask:
             device = dispatch.CUDA
         where = str(folder.resolve())
         dispatch.run_on(self._client, where, tasks, device, __version__, tell, self._say, twice=self._twice)
+
+    @property
+    def has_processes(self) -> bool:
+        """Whether it has begun processes on this machine, which end with it."""
+        return self._client is not None and self._how.scheduler is None
 
     def close(self) -> None:
         if self._context is not None:

@@ -7,6 +7,7 @@ import pytest
 from examples.study import CELL, SENSOR, TIME, cells, sensors
 
 from warp_rods.analysis.registry import MEASURES
+from warp_rods.errors import SceneError
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
@@ -232,3 +233,17 @@ def test_measures_have_the_same_values_by_either_of_their_names():
     )
     same(one["class"], other["shape_class"])
     same(one["modes"], other["mode_coefficients"])
+
+
+def test_quantities_are_numbers_in_units_of_the_scene():
+    units = {"length": "1 um", "time": "1 s", "force": "1 pN"}
+
+    def plan(*values) -> Plan:
+        table = {"surface.radius": list(values), "filaments.sensors.length": ["500 nm"], "measure": ["gauss"]}
+        scene = sensors().model_dump(exclude_none=True)
+        return Plan(Scene.parse(scene | {"units": units, "sweep": table}))
+
+    assert plan("900 nm", "1.1 um", 2.0).axes[0].labels.tolist() == [0.9, 1.1, 2.0]
+    assert plan("1 + 0.1*sin(t)", 2.0).axes[0].labels.tolist() == ["1 + 0.1*sin(t)", "2.0"]
+    with pytest.raises(SceneError, match=r'sweep."surface.radius": "1000 nm", "1 um" are the same'):
+        _ = plan("1000 nm", "1 um").axes

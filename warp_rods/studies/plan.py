@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -65,8 +65,30 @@ class Plan:
     def axes(self) -> tuple[Axis, ...]:
         """The swept keys and the seeds."""
         _ = self.sweep
-        axes = axes_of(self.scene)
+        axes = tuple(map(self._in_scene_units, axes_of(self.scene)))
         return tuple(sorted(axes, key=lambda axis: self.order.index(axis.key))) if self.order else axes
+
+    def _in_scene_units(self, axis: Axis) -> Axis:
+        """An axis on which quantities, as "500 nm", are numbers; raises SceneError where two of them are the same."""
+        if not any(isinstance(value, str) for value in axis.values):
+            return axis
+        values = tuple(self._number(axis.key, value) if isinstance(value, str) else value for value in axis.values)
+        for i, value in enumerate(values):
+            if value in values[:i]:
+                same = ", ".join(shown(axis.values[k]) for k in (values.index(value), i))
+                raise SceneError(f'sweep."{axis.key}": {same} are the same: each value must be there once')
+        return replace(axis, values=values)
+
+    def _number(self, key: str, value: str) -> Any:
+        """What a value in quotes is in units of the scene; itself where it is no quantity, or not possible."""
+        try:
+            path = located(self.tables, key)
+            found: Any = plain(Scene.parse(replaced(self.tables, path, value)).model_dump())
+        except (KeyError, SceneError):
+            return value
+        for step in path:
+            found = found[step]
+        return found if isinstance(found, (int, float)) and not isinstance(found, bool) else value
 
     @cached_property
     def tables(self) -> dict[str, Any]:

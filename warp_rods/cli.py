@@ -218,7 +218,7 @@ SELECTION = {
     "ensembles": ("", "Names of ensembles with commas between them; default all"),
     "frames": (":", 'Frames as in Python, "0:100:5", or one, "-1"; default all'),
     "colour": ("", "What colours the rods; default the first that is listed without a flag"),
-    "range": ("run", "Both ends of the colours: of the run, of each frame, or LOW,HIGH"),
+    "range": ("run", "Both ends of the colours: of the whole run, of each frame, or LOW,HIGH"),
 }
 """Options of ``export`` that choose what is shown: default and help."""
 

@@ -106,11 +106,12 @@ def run(
         resume=resume,
         console=console,
     )
-    from warp_rods.analysis.summary import summary
+    if done.rod_steps:
+        from warp_rods.analysis.summary import summary
 
-    console.print(summary(done.data, done.order))
-    speed = done.rod_steps / done.seconds if done.seconds else 0.0
-    console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+        console.print(summary(done.data, done.order))
+        speed = done.rod_steps / done.seconds if done.seconds else 0.0
+        console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
     console.print(f"to see them: warp-rods plot {done.folder}; for other programs: warp-rods export {done.folder}")
     if done.lost:
         raise typer.Exit(RodFailure.exit_code)

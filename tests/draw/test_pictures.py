@@ -356,9 +356,9 @@ def test_the_clock_of_one_saved_frame_follows_save_every(tmp_path):
 def test_labels_name_the_units_of_the_scene(tmp_path):
     write_run(tmp_path, '[units]\nlength = "1 um"\nforce = "1 pN"')
     shown = content(tmp_path)
-    assert shown.label == "elastic energy per length (in units of 1e-12 N)"
+    assert shown.label == "elastic energy per length (pN)"
     assert shown.named("speed", "length/time") == "speed (length/time)"  # no unit of time is given
-    assert shown.named("curvature", "1/length^2") == "curvature (in units of 1e+12 1/m²)"
+    assert shown.named("curvature", "1/length^2") == "curvature (1/µm²)"
 
 
 def test_texts_of_the_command_line():

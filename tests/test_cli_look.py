@@ -49,6 +49,14 @@ def test_scenes_are_listed_and_copied(tmp_path, monkeypatch):
     assert "swimmer.toml" in invoke("scenes", "copy", "swimmer") and (tmp_path / "swimmer.toml").is_file()
 
 
+@pytest.mark.parametrize("command", ["status", "plot", "watch", "export"])
+def test_the_name_of_a_run_in_runs_is_taken_for_a_slip(run, monkeypatch, command):
+    monkeypatch.chdir(run.parents[1])
+    done = CliRunner().invoke(cli.app, [command, "cells"], terminal_width=200, color=False)
+    said = done.output + str(done.exception)
+    assert done.exit_code != 0 and f"(did you mean {Path('runs/cells')}?)" in said
+
+
 def test_a_finished_run_that_is_resumed_says_so(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = wr.Scene(

@@ -23,7 +23,7 @@ from warp_rods.simulation.loop import Simulation
     [
         (
             {"twist": 1e-3, "shap": 1},
-            r"shap: FreeRods has no such argument \(did you mean shape\?\); it has count, nodes",
+            r"shap: FreeRods has no such argument \(did you mean shape\?\); it has count",
         ),
         ({}, "twist: missing; FreeRods needs count, bend, twist"),
         ({"twist": 1e-3, "count": 2}, "FreeRods: multiple values for argument 'count'"),

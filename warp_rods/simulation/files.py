@@ -9,7 +9,10 @@ from pathlib import Path
 
 from warp_rods.errors import RunFolderError
 
-__all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "replace_file", "sync"]
+__all__ = ["RUNS", "beside", "check_writable", "default_folder", "digest", "nearest_existing", "replace_file", "sync"]
+
+RUNS = Path("runs")
+"""The folder of runs for which none is given."""
 
 
 def replace_file(
@@ -37,9 +40,16 @@ def replace_file(
         sync(path.parent)
 
 
+def beside(folder: Path, *stores: str) -> str:
+    """A hint where the default folder of runs has what a folder lacks: " (did you mean runs/mine?)"; else empty."""
+    inside = RUNS / folder
+    there = not folder.is_absolute() and any((inside / store).exists() for store in stores)
+    return f" (did you mean {inside}?)" if there else ""
+
+
 def default_folder(scene: object) -> Path:
     """The folder of a run for which none is given: ``runs/NAME`` of a scene in NAME.toml."""
-    return Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+    return RUNS / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
 
 
 def nearest_existing(folder: Path) -> Path:

@@ -12,6 +12,7 @@ from warp_rods.errors import RunFolderError, WarpRodsError
 from warp_rods.progress import in_words
 from warp_rods.scene.tables import Time
 from warp_rods.simulation.document import Document
+from warp_rods.simulation.files import beside
 from warp_rods.simulation.frames import Frames
 from warp_rods.simulation.leftovers import is_being_made
 from warp_rods.simulation.store import STORE
@@ -86,7 +87,10 @@ def status_of(folder: Path) -> RunStatus:
             return RunStatus(folder, State.RUNNING, why="it is being made")
         if is_being_made(folder):
             return RunStatus(folder, State.STOPPED, why="before its first frame; --resume begins it anew")
-        raise RunFolderError(f"There is no run in {folder}: give the folder that `warp-rods run SCENE --out DIR` wrote")
+        hint = beside(folder, STORE)
+        raise RunFolderError(
+            f"There is no run in {folder}{hint}: give the folder that `warp-rods run SCENE --out DIR` wrote"
+        )
     try:
         return _read(folder, running)
     except WarpRodsError as fault:

@@ -33,7 +33,8 @@ def energy_balance(dataset: xr.Dataset) -> xr.DataArray:
         out=np.full_like(dissipated, np.nan),
         where=dissipated > NEGLIGIBLE * dissipated.max(axis=0),
     )
-    name = "energy imbalance over dissipation, with dE/dt from differences between frames"
+    apart = np.median(np.diff(dataset["time"].to_numpy()))
+    name = f"energy imbalance over dissipation, with dE/dt from frames {apart:.3g} apart"
     return described(dataset, FRAMES, ratio, "1", name, "(dE/dt − P + D)/D")
 
 

@@ -50,6 +50,28 @@ def test_scenes_are_listed_and_copied(tmp_path, monkeypatch):
     assert "swimmer.toml" in invoke("scenes", "copy", "swimmer") and (tmp_path / "swimmer.toml").is_file()
 
 
+@pytest.mark.parametrize("command", ["status", "plot", "watch", "export"])
+def test_the_name_of_a_run_in_runs_is_taken_for_a_slip(run, monkeypatch, command):
+    monkeypatch.chdir(run.parents[1])
+    done = CliRunner().invoke(cli.app, [command, "cells"], terminal_width=200, color=False)
+    said = done.output + str(done.exception)
+    assert done.exit_code != 0 and f"(did you mean {Path('runs/cells')}?)" in said
+
+
+def test_a_finished_run_that_is_resumed_says_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = wr.Scene(
+        swimmers=[{"name": "cells", "count": 1, "nodes": 17, "bend": 5e-3, "twist": 1e-3}],
+        time={"end": 0.02},
+        output={"usd": False, "poster": False},
+    )
+    (tmp_path / "small.toml").write_text(scene.to_toml())
+    assert "rod-steps/s" in invoke("run", "small.toml", "--device", "cpu")
+    again = invoke("run", "small.toml", "--device", "cpu", "--resume")
+    assert "already finished at t = 0.02; give a larger time.end to go on" in again
+    assert "rod-steps" not in again and "residuals" not in again and "steps a rod" not in again
+
+
 def test_status_has_a_line_a_run_and_an_exit_code(run, monkeypatch):
     monkeypatch.chdir(run.parents[1])
     assert invoke("status").splitlines() == [

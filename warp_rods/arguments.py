@@ -5,16 +5,17 @@ Scenes are checked by their tables (``scene/checks.py``); arguments of functions
 
 from __future__ import annotations
 
+import functools
 import inspect
 import operator
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from warp_rods.errors import SceneError
+from warp_rods.errors import SceneError, nearest
 
 T = TypeVar("T")
 
@@ -120,6 +121,35 @@ def function(name: str, value: Any, count: int, allowed: str) -> Callable:
     except ValueError:  # functions written in C may have no signature
         pass
     return value
+
+
+def naming(make: Callable[..., None]) -> Callable[..., None]:
+    """``__init__`` of a class whose unknown and missing arguments are a SceneError that names them."""
+    signature = inspect.signature(make)
+
+    @functools.wraps(make)
+    def checked(self: Any, *given: Any, **named: Any) -> None:
+        try:
+            signature.bind(self, *given, **named)
+        except TypeError as error:
+            raise SceneError(_misfit(type(self).__name__, signature, len(given), named, str(error))) from None
+        make(self, *given, **named)
+
+    return checked
+
+
+def _misfit(of: str, signature: inspect.Signature, positional: int, named: Mapping[str, Any], otherwise: str) -> str:
+    """What is wrong with arguments that do not fit a signature, whose first one is ``self``."""
+    known = list(signature.parameters.values())[1:]
+    names = [one.name for one in known]
+    for name in named:
+        if name not in names:
+            return f"{name}: {of} has no such argument{nearest(name, names)}; it has {', '.join(names)}"
+    needed = [one.name for one in known if one.default is one.empty]
+    missing = [name for name in needed if name not in named and names.index(name) >= positional]
+    if missing:
+        return f"{', '.join(missing)}: missing; {of} needs {', '.join(needed)}"
+    return f"{of}: {otherwise}"
 
 
 def path(name: str, value: Any) -> Path:

@@ -106,11 +106,12 @@ def run(
         resume=resume,
         console=console,
     )
-    from warp_rods.analysis.summary import summary
+    if done.rod_steps:
+        from warp_rods.analysis.summary import summary
 
-    console.print(summary(done.data, done.order))
-    speed = done.rod_steps / done.seconds if done.seconds else 0.0
-    console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
+        console.print(summary(done.data, done.order))
+        speed = done.rod_steps / done.seconds if done.seconds else 0.0
+        console.print(f"{done.seconds:.1f} s, {speed:,.0f} rod-steps/s; results in {done.folder}")
     console.print(f"to see them: warp-rods plot {done.folder}; for other programs: warp-rods export {done.folder}")
     if done.lost:
         raise typer.Exit(RodFailure.exit_code)
@@ -220,7 +221,7 @@ SELECTION = {
     "ensembles": ("", "Names of ensembles with commas between them; default all"),
     "frames": (":", 'Frames as in Python, "0:90:5", or one, "-1"; default all'),
     "colour": ("", "What colours the rods; default the first that is listed without a flag"),
-    "range": ("run", "Both ends of the colours: of the run, of each frame, or LOW,HIGH"),
+    "range": ("run", "Both ends of the colours: of the whole run, of each frame, or LOW,HIGH"),
 }
 """Options of ``export`` that choose what is shown: default and help."""
 

@@ -66,13 +66,14 @@ def plot(
 
     They are written to DIR/plots. Of a study all measures are drawn, or those named.
     """
-    from warp_rods.simulation.files import check_writable
+    from warp_rods.simulation.files import beside, check_writable
 
     _start_warp()
     module = next((module for mark, module in PLOTTED.items() if (run_dir / mark).exists()), None)
     if module is None:
         raise RunFolderError(
-            f"There is no run or study in {run_dir}: give the folder that `warp-rods run SCENE --out DIR` wrote"
+            f"There is no run or study in {run_dir}{beside(run_dir, *PLOTTED)}: "
+            "give the folder that `warp-rods run SCENE --out DIR` wrote"
         )
     if out is not None:
         check_writable(out, "out")

@@ -6,8 +6,10 @@ Base units of ``BASE`` are read here; all others by Pint, which is imported wher
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 from fractions import Fraction
+from math import prod
 from typing import Any, NamedTuple
 
 from warp_rods.documented import Documented
@@ -22,6 +24,7 @@ __all__ = [
     "may_be_inverse",
     "parse",
     "si_words",
+    "with_prefixes",
     "words",
 ]
 
@@ -36,6 +39,10 @@ QUANTITY = re.compile(rf"\s*{NUMBER}\s*({UNIT}(?:\s*[ */·]\s*{UNIT}){{0,7}})\s*
 """A number, and units with powers between which are spaces, * or /. No formula has a letter after a number."""
 INVERSE = re.compile(rf"\s*{NUMBER}(?:\s+1)?\s*/\s*({UNIT}(?:\s*[ */·]\s*{UNIT}){{0,7}})\s*")
 """A number over units, such as "0.5/um" or "0.5 1/um"; it may be a formula, too."""
+FACTOR = re.compile(r"([Nms])(?:\^([0-9]+))?")
+PREFIXES = {"N": ("p", "n", "µ", "m", "", "f"), "m": ("µ", "n", "m", ""), "s": ("", "m", "µ")}
+"""A factor of a unit in SI, and the prefixes that it may have, the first ones rather."""
+POWERS = {"": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9, "p": 1e-12, "f": 1e-15}
 NOT_UNITS = {"point", "points"}
 """What follows a number in texts that are no quantities."""
 
@@ -121,6 +128,32 @@ def si_words(dimension: Dimension) -> str:
     above = " ".join(_power(unit, p) for unit, p in powers if p > 0)
     below = [_power(unit, -p) for unit, p in powers if p < 0]
     return "/".join([above or "1", *below]) if above or below else ""
+
+
+def with_prefixes(number: float, unit: str) -> tuple[float, str]:
+    """A number of a unit in SI such as "N m^2/s", and the unit, with the prefixes that make it a number from 1 to 1000.
+
+    The usual ones of small rods come first, and as few as possible: 1e-06 m/s is 1 µm/s, 1e-18 N m 1 pN µm. As they are
+    where there are none.
+    """
+    factors = FACTOR.findall(unit)
+    found = []
+    for chosen in itertools.product(*(PREFIXES[name] for name, _ in factors)):
+        each = zip(chosen, factors, _signs(unit), strict=True)
+        size = prod(POWERS[prefix] ** (sign * int(power or 1)) for prefix, (_, power), sign in each)
+        left = float(f"{number / size:.12g}")
+        if 1 <= left < 1000:
+            found.append((left, sum(map(bool, chosen)), chosen))
+    if not found:
+        return number, unit
+    left, _, chosen = min(found, key=lambda one: one[:2])  # the first of equal ones
+    names = iter(chosen)
+    return left, FACTOR.sub(lambda match: next(names) + match[0], unit)
+
+
+def _signs(unit: str) -> list[int]:
+    """1 for each factor above the fraction bar, −1 for those below."""
+    return [-1 if "/" in unit[: match.start()] else 1 for match in FACTOR.finditer(unit)]
 
 
 def _power(unit: str, power: Any) -> str:

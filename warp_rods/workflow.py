@@ -13,6 +13,7 @@ from warp_rods.simulation.files import default_folder
 from warp_rods.simulation.interruption import Interrupted
 from warp_rods.simulation.report import Report
 from warp_rods.simulation.runner import Hooks, Run, simulate
+from warp_rods.simulation.under_way import telling_what_is_made
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,7 +67,8 @@ def _make(folder: Path, what: str, option: str, report: Report) -> None:
     """Make one picture, and tell where it is."""
     command = f"warp-rods export {folder} --{option}"
     try:
-        path = export_usd(folder) if option == "usd" else export(folder, option)
+        with telling_what_is_made(folder, what):
+            path = export_usd(folder) if option == "usd" else export(folder, option)
     except (KeyboardInterrupt, Interrupted):
         report.note(f"the run in {folder} is complete; to make its {what}: {command}")
         raise

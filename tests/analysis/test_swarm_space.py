@@ -158,6 +158,6 @@ def test_coordinates_have_the_units_of_the_data():
     found |= {"v": speed_distribution(data)}
     units = {name: array[name].attrs["units"] for name, array in found.items()}
     assert units == {"r": "1e-06 m", "x": "1e-06 m", "lag": "2.0 s", "v": "5e-07 m/s"}
-    assert label(found["r"]["r"]) == "distance (in units of 1e-06 m)"
+    assert label(found["r"]["r"]) == "distance (µm)"
     assert label(found["r"]["r"].assign_attrs(units="1.0 m")) == "distance (m)"
-    assert "(in units of 1e-12 m²)" in label(found["lag"]).replace("\n", " ")
+    assert "(µm²)" in label(found["lag"]).replace("\n", " ")

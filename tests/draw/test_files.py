@@ -278,7 +278,7 @@ def test_sizes_are_foretold_and_nothing_half_written_is_left(run, shown, tmp_pat
 @pytest.mark.parametrize(("name", "package"), [("vtkhdf", "h5py"), ("gsd", "gsd")])
 def test_a_package_that_is_missing_is_named_with_the_extra(run, tmp_path, name, package, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "h5py" if name == "vtkhdf" else "gsd.hoomd", None)
-    with pytest.raises(WarpRodsError, match=rf"--{name} needs the package {package}.*pip install 'warp-rods\[files\]'"):
+    with pytest.raises(WarpRodsError, match=rf"--{name} needs the package {package}.*pip install -e '\.\[files\]'"):
         EXPORTERS[name].export(run, tmp_path / EXPORTERS[name].file_name)
     assert list(tmp_path.iterdir()) == []
 

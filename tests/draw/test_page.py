@@ -169,7 +169,7 @@ def test_a_membrane_has_the_colours_of_the_poster(tmp_path):
         expected = curvature_colours(own.membrane.ratio(0))
         np.testing.assert_allclose(tints, expected, atol=0.01)
         bar = browser.value("document.getElementById('curvature').textContent.replace(/\\s+/g, ' ').trim()")
-        assert bar.startswith("Gaussian curvature of membrane (in units of 1e+12 1/m²)") and browser.errors == []
+        assert bar.startswith("Gaussian curvature of membrane (1/µm²)") and browser.errors == []
 
 
 def test_a_range_of_each_frame_is_shown_with_it(tmp_path, shown):

@@ -10,7 +10,7 @@ from examples.drawn import FRAMES, write_run
 
 from warp_rods.draw import film
 from warp_rods.draw.clock import clock_of
-from warp_rods.draw.colours import COLOURS
+from warp_rods.draw.colours import BLUE_RED, COLOURS, colour_map
 from warp_rods.draw.content import content
 from warp_rods.draw.exporters import EXPORTERS
 from warp_rods.draw.lettering import Canvas, round_length
@@ -18,6 +18,7 @@ from warp_rods.draw.picture import FINER, Painter
 from warp_rods.draw.poster import WIDTH
 from warp_rods.draw.scale import LACKING, Scale, scale_of
 from warp_rods.draw.selection import Selection, parse_frames, parse_span
+from warp_rods.draw.sheet import curvature_colours
 from warp_rods.draw.view import View, view_of
 from warp_rods.errors import RunFolderError, SceneError, WarpRodsError
 
@@ -236,6 +237,56 @@ def test_scales_of_few_values_and_of_constants():
     assert (rods.low, rods.high) == (0.0, 99.0)
 
 
+def test_the_range_of_a_run_is_that_of_all_its_frames(run):
+    """Whatever frames are chosen, so that stills and films of one run can be compared."""
+    whole = content(run, Selection(colour="speed"))
+    for frames in (slice(-1, None), slice(0, 5, 2), slice(None, None, -1)):
+        assert content(run, Selection(colour="speed", frames=frames)).scale(0) == whole.scale(0)
+    own = content(run, Selection(colour="speed", frames=slice(-1, None), span="frame"))
+    assert own.scale(0) == content(run, Selection(colour="speed", span="frame")).scale(FRAMES - 1)
+
+
+def test_rods_that_relax_at_once_are_not_saturated_in_the_first_frame():
+    """One frame in a hundred does not change a quantile of all: the scale of an energy reaches most of its values."""
+    energy = np.full((100, 50), 0.1) + 1e-4 * np.random.default_rng(1).random((100, 50))
+    energy[0] = np.linspace(0.1, 1.5, 50)
+    scale = scale_of(COLOURS["energy_density"], energy)
+    assert scale.high == pytest.approx(np.quantile(energy[0], 0.9)) and scale.above and not scale.below
+    energy[0] *= 1e4
+    assert scale_of(COLOURS["energy_density"], energy).high == pytest.approx(
+        16 * 0.1, rel=0.01
+    )  # the others are not dark
+    assert scale_of(COLOURS["speed"], energy).high < 0.2  # an even scale has no room for a peak
+
+
+@pytest.mark.parametrize(("span", "tips"), [((-1e9, 1e9), 0), ((-1.0, 1e-9), 1), ((1e9, 2e9), 1)])
+def test_a_bar_has_arrows_where_values_exceed_its_ends(run, tmp_path, monkeypatch, span, tips):
+    drawn, whole = [], Canvas._arrow
+    monkeypatch.setattr(Canvas, "_arrow", lambda self, *tip: drawn.append(tip) or whole(self, *tip))
+    selection = Selection(colour="speed", span=span, frames=slice(-1, None))
+    EXPORTERS["poster"].export(run, tmp_path / "poster.png", selection)
+    assert len(drawn) == tips
+
+
+def test_the_curvature_under_rods_has_the_hues_of_the_membrane():
+    ends = np.array([0.0, 1.0])
+    rods, membrane = colour_map(BLUE_RED)(ends)[:, :3], curvature_colours(2 * ends - 1)
+    for own, below, more, less in zip(rods, membrane, (2, 0), (0, 2), strict=True):  # blue, then red
+        assert own[more] > own[less] + 0.5 and below[more] > below[less]
+    assert (colour_map(BLUE_RED)(0.5)[:3] < curvature_colours(np.zeros(1))[0] - 0.5).all()
+
+
+def test_rods_on_a_membrane_have_a_least_width(run):
+    shown = content(run)
+    view = view_of(shown)
+    painter = Painter(shown, view, 300, 200)
+    for rods in shown.rods:
+        rods.radius = 1e-6
+        assert painter._radius(rods) == pytest.approx(view.half.max() / 150)
+    shown.membrane = None
+    assert Painter(shown, view, 300, 200)._radius(shown.rods[0]) == 1e-6
+
+
 def test_twist_of_round_off_has_one_colour(tmp_path, monkeypatch):
     write_run(tmp_path)
     shown = content(tmp_path, Selection(("cell",), colour="twist"))
@@ -272,7 +323,7 @@ def test_lost_rods_stay_and_are_grey(tmp_path):
     assert np.isfinite(rods.positions(0)).all()
     np.testing.assert_array_equal(shown.scale(0).rgb(rods.values(0))[1, 0], LACKING)
     sound = [own.variable("energy_density", 0)[own.variable("status", 0) == 0].ravel() for own in shown.rods]
-    last = content(tmp_path, Selection(frames=slice(-1, None)))
+    last = content(tmp_path, Selection(frames=slice(-1, None), span="frame"))
     assert last.scale(0).high == pytest.approx(np.quantile(np.concatenate(sound), 0.98))  # stale energies do not count
 
 
@@ -305,9 +356,9 @@ def test_the_clock_of_one_saved_frame_follows_save_every(tmp_path):
 def test_labels_name_the_units_of_the_scene(tmp_path):
     write_run(tmp_path, '[units]\nlength = "1 um"\nforce = "1 pN"')
     shown = content(tmp_path)
-    assert shown.label == "elastic energy per length (in units of 1e-12 N)"
+    assert shown.label == "elastic energy per length (pN)"
     assert shown.named("speed", "length/time") == "speed (length/time)"  # no unit of time is given
-    assert shown.named("curvature", "1/length^2") == "curvature (in units of 1e+12 1/m²)"
+    assert shown.named("curvature", "1/length^2") == "curvature (1/µm²)"
 
 
 def test_texts_of_the_command_line():

@@ -111,7 +111,7 @@ def test_the_colour_that_was_chosen_is_described(tmp_path):
     stage = Usd.Stage.Open(str(export_usd(tmp_path, selection=chosen)))
     world = stage.GetDefaultPrim()
     stored, shown = world.GetCustomDataByKey("colour"), content(tmp_path, chosen)
-    assert stored["name"] == "gauss" and stored["unit"] == "1000000000000.0 1/m^2" and stored["map"] == "managua"
+    assert stored["name"] == "gauss" and stored["unit"] == "1000000000000.0 1/m^2" and stored["map"] == "blue_red"
     assert list(stored["high"]) == [shown.scale(frame).high for frame in range(3)]
     np.testing.assert_allclose(world.GetCustomDataByKey("times"), [0.1, 0.3, 0.5])
 

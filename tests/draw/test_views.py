@@ -75,6 +75,28 @@ def test_a_kymograph_is_of_one_rod_and_white_at_zero():
         drawn("kymograph_twist", colour="red")
 
 
+def test_a_kymograph_of_values_far_from_zero_has_contrast():
+    """A normal curvature from 1.1 to 1.7 is drawn between these; what comes near 0 begins there."""
+    along = ("frame", "rod", "node", "strain_component")
+    for low, end in ((1.1, 1.1), (0.2, 0.0)):
+        values = np.linspace(low, 1.7, FRAMES * RODS * NODES * 3).reshape(FRAMES, RODS, NODES, 3)
+        data = ensemble(strain=(along, values)).assign_coords(strain_component=["twist", "normal", "geodesic"])
+        figure = drawn("kymograph_normal", data)
+        assert figure.axes[0].collections[0].norm.vmin == pytest.approx(end, abs=0.02)
+        assert figure.axes[1].get_ylabel() == "normal curvature"
+        assert "normal curvature" in views.views(data)["kymograph_normal"].what
+
+
+def test_speeds_are_offered_of_what_swims(tmp_path):
+    table = {"name": "sensors", "count": 2, "nodes": 17, "length": 0.4, "stiffness": [1, 1, 1], "drag": [1, 2, 0.1]}
+    surface, time = {"kind": "sphere", "radius": 1.0}, {"end": 0.01, "save_every": 0.001}
+    scene = wr.Scene(filaments=[table], surface=surface, time=time, output={"usd": False, "poster": False})
+    run = wr.open_run(wr.run(scene, tmp_path / "run", device="cpu").folder)
+    offered = {one.name for one in of_run.drawables(run) if one.ensemble}
+    assert not offered & {"speed", "instantaneous_speed", "phase_portrait"} and "energies" in offered
+    assert "speed" in wr.measures(run["sensors"].to_dataset())
+
+
 def test_a_phase_portrait_shows_the_two_largest_modes():
     """cos πs is even: its modes are those of component 2."""
     axes = drawn("phase_portrait").axes[0]

@@ -396,5 +396,5 @@ def test_nifti_is_turned_to_right_front_top(tmp_path):
 def test_without_the_extra_its_name_is_said(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "tifffile", None)
     (tmp_path / "cell.tif").write_bytes(b"II*\0")
-    with pytest.raises(SceneError, match=r"tifffile, which is not installed: pip install 'warp-rods\[images\]'"):
+    with pytest.raises(SceneError, match=r"tifffile, which is not installed: pip install -e '\.\[images\]'"):
         surfaces.make("grid", {"file": tmp_path / "cell.tif"})

@@ -1,5 +1,6 @@
 """Parameters of ensembles: messages about impossible values, and parameters of activity laws."""
 
+import inspect
 import pickle
 
 import numpy as np
@@ -15,6 +16,26 @@ from warp_rods.scene import flagella
 from warp_rods.scene.flagella import LAWS
 from warp_rods.scene.scene import Scene
 from warp_rods.simulation.loop import Simulation
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"twist": 1e-3, "shap": 1},
+            r"shap: FreeRods has no such argument \(did you mean shape\?\); it has count",
+        ),
+        ({}, "twist: missing; FreeRods needs count, bend, twist"),
+        ({"twist": 1e-3, "count": 2}, "FreeRods: multiple values for argument 'count'"),
+    ],
+)
+def test_arguments_that_do_not_fit_are_named(given, said):
+    """In Python as in a scene; the signature, which ``help`` shows, stays."""
+    with pytest.raises(SceneError, match=said):
+        FreeRods(2, bend=1e-3, **given)
+    with pytest.raises(SceneError, match="surface, position, direction: missing; BoundRods needs"):
+        BoundRods()
+    assert list(inspect.signature(FreeRods).parameters)[:4] == ["count", "nodes", "bend", "twist"]
 
 
 @pytest.mark.parametrize(

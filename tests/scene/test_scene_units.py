@@ -10,7 +10,7 @@ import pytest
 import warp_rods as wr
 from warp_rods.errors import SceneError
 from warp_rods.membranes.built_in import SURFACES
-from warp_rods.quantities import Dimension, QuantityError, is_quantity, parse
+from warp_rods.quantities import Dimension, QuantityError, is_quantity, parse, with_prefixes
 from warp_rods.scene import box, cosserat, ends, filaments, flagella, outside, shapes, swimmers, tables
 from warp_rods.scene.behaviour import BEHAVIOURS
 from warp_rods.scene.body import drag_of_rod
@@ -346,3 +346,21 @@ def test_the_amplitude_of_an_undulated_membrane_is_an_area():
 def test_keys_that_take_no_unit_say_so():
     given = {"units": {"length": "1 um"}, "swimmers": ({"shape": {"amplitude": "2 um"}},)}
     assert "is a length, in m; must be a number" in in_scene_units(given)[1][0][1]
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "expected"),
+    [
+        (1e-6, "m", (1, "µm")),
+        (1e12, "1/m^2", (1, "1/µm^2")),
+        (1e-18, "m^3", (1, "µm^3")),
+        (1e-12, "N", (1, "pN")),
+        (1e-18, "N m", (1, "pN µm")),
+        (2e-6, "m/s", (2, "µm/s")),
+        (2e-22, "N m^2/s", (200, "pN µm^2/s")),
+        (1.0, "s", (1, "s")),
+        (1e30, "m", (1e30, "m")),
+    ],
+)
+def test_units_have_the_prefixes_that_make_numbers_small(number, unit, expected):
+    assert with_prefixes(number, unit) == expected

@@ -11,7 +11,15 @@ from rich.console import Console
 import warp_rods as wr
 from warp_rods.draw import watch
 from warp_rods.simulation.status import RunStatus, State, exit_code, status_of
-from warp_rods.simulation.under_way import LOCK, UNDER_WAY, Telling, UnderWay, is_under_way, lock_folder
+from warp_rods.simulation.under_way import (
+    LOCK,
+    UNDER_WAY,
+    Telling,
+    UnderWay,
+    is_under_way,
+    lock_folder,
+    telling_what_is_made,
+)
 
 LONG = """
 title = "Long"
@@ -98,8 +106,12 @@ def test_a_finished_run(tmp_path):
     assert not (run.folder / UNDER_WAY).exists() and exit_code([status]) == 0
     text = watch.line(status).plain
     assert "finished  100 %  3 of 3 frames  t = 0.02 of 0.02  0 of 2 rods lost" in text
-    with lock_folder(run.folder):  # as while its animation is made
-        assert status_of(run.folder).state is State.RUNNING
+    with lock_folder(run.folder):
+        with telling_what_is_made(run.folder, "animation"):
+            made = status_of(run.folder)
+        assert made.state is State.RUNNING and made.cells()[-1].endswith("rods lost, its animation is being made")
+        assert made.speed is made.seconds_left is None and made.time == made.end
+        assert status_of(run.folder).why == ""
     (run.folder / "trajectory.zarr" / "zarr.json").write_text("{}")
     damaged = status_of(run.folder)
     assert damaged.state is State.DAMAGED and exit_code([status, damaged]) == 2 and "damaged" in damaged.why

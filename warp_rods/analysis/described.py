@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warp_rods.quantities import with_prefixes
 from warp_rods.scene.units import Scale
 
 FRAMES = ("frame", "rod")
@@ -86,9 +87,15 @@ def rate(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
 
 
 def in_si(dataset: xr.Dataset, units: str) -> tuple[float, str]:
-    """One of these units of the data in SI, and what it is called; 1 and nothing where the data have no such units."""
+    """One of these units of the data in SI, with prefixes, and what it is called: 1.0, " 1/µm²".
+
+    1 and nothing where the data have no such units.
+    """
     number, unit = _scale(dataset).number_in_si(units)
-    return number, unit and f" {unit}"
+    if not unit:
+        return number, ""
+    number, unit = with_prefixes(number, unit)
+    return number, " " + unit.replace("^2", "²").replace("^3", "³")
 
 
 def units_of(dataset: xr.Dataset, product: str) -> str:

@@ -2,7 +2,8 @@
 
 To add one, write a function ``(data, frames) -> values [frame, rod, node]`` of an ensemble and numbers of its frames,
 and give it a row of ``COLOURS``. Maps are perceptually uniform: from dark to bright for amounts, with a dark middle for
-quantities that have a sign, and a circle of hues of one lightness for angles.
+quantities that have a sign (of a curvature from blue to red, as on the membrane), and a circle of hues of one lightness
+for angles.
 """
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-__all__ = ["COLOURS", "HUES", "Colour", "at_frames", "colour_map"]
+__all__ = ["BLUE_RED", "COLOURS", "HUES", "Colour", "at_frames", "colour_map"]
 
 HUES = "hues"
 """The name of the cyclic map, which is made here: ``colour_map``."""
+BLUE_RED = "blue_red"
+"""The name of the map of a curvature, made here: the hues of the membrane's, but dark, so that rods stand out on it."""
 Kind = Literal["amount", "signed", "angle"]
 MAPS: dict[str, str] = {"amount": "viridis", "signed": "managua", "angle": HUES}
 """Kind of a quantity → name of its colour map."""
@@ -32,7 +35,8 @@ class Colour:
     of the trajectory. values(data, frames): of the nodes at these frames, [frame, rod, node]. kind: an amount (zero or
     more, or a number), a quantity with a sign, or an angle from −π to π. quadratic: colours follow its root, from zero:
     those of an energy then follow the strain, and rods that have nearly relaxed are not all alike. whole: the scale
-    goes from the smallest value to the largest, not between quantiles. frames: how many of a run it needs.
+    goes from the smallest value to the largest, not between quantiles. frames: how many of a run it needs. own_map: the
+    name of a colour map, where that of its kind does not suit.
     """
 
     label: str
@@ -43,6 +47,7 @@ class Colour:
     quadratic: bool = False
     whole: bool = False
     frames: int = 1
+    own_map: str = ""
 
     def is_in(self, data: xr.Dataset) -> bool:
         """Whether the trajectory of an ensemble has what the quantity needs."""
@@ -51,21 +56,34 @@ class Colour:
     @property
     def map_name(self) -> str:
         """The name of the colour map."""
-        return MAPS[self.kind]
+        return self.own_map or MAPS[self.kind]
 
 
 def colour_map(name: str) -> Any:
-    """The Matplotlib colour map of this name; ``hues`` is made here."""
+    """The Matplotlib colour map of this name; ``hues`` and ``blue_red`` are made here."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
-    return ListedColormap(_hues(256), name=HUES) if name == HUES else colormaps[name]
+    made = {HUES: _hues, BLUE_RED: _blue_red}
+    return ListedColormap(made[name](256), name=name) if name in made else colormaps[name]
 
 
 def _hues(count: int) -> np.ndarray:
-    """sRGB [count, 3] of a circle of hues of equal lightness and chroma in Oklab (Ottosson 2020)."""
+    """sRGB [count, 3] of a circle of hues of equal lightness and chroma."""
     angle = np.linspace(0.0, 2 * np.pi, count, endpoint=False) + np.pi
-    lab = np.stack([np.full(count, 0.66), 0.115 * np.cos(angle), 0.115 * np.sin(angle)], axis=-1)
+    return _srgb(np.full(count, 0.66), np.full(count, 0.115), angle)
+
+
+def _blue_red(count: int) -> np.ndarray:
+    """sRGB [count, 3] from blue over a dark middle to red; both halves become lighter alike."""
+    signed = np.linspace(-1.0, 1.0, count)
+    size = np.abs(signed)
+    return _srgb(0.26 + 0.3 * size, 0.2 * size, np.radians(np.where(signed < 0, 262.0, 27.0)))
+
+
+def _srgb(lightness: np.ndarray, chroma: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """sRGB [..., 3] of lightness, chroma and hue in Oklab (Ottosson 2020)."""
+    lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1)
     to_lms = np.array(
         [[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.2914855480]]
     )
@@ -135,7 +153,7 @@ COLOURS: dict[str, Colour] = {
     "activity": Colour("flagellar activity", "1", "signed", ("activity",), _variable("activity")),
     "speed": Colour("speed", "length/time", "amount", ("position",), _speed, frames=2),
     "heading": Colour("heading in the plane x, y", "rad", "angle", ("position",), _heading),
-    "gauss": Colour("Gaussian curvature under the rod", "1/length^2", "signed", ("gauss",), _gauss),
+    "gauss": Colour("Gaussian curvature under the rod", "1/length^2", "signed", ("gauss",), _gauss, own_map=BLUE_RED),
     "rod": Colour("number of the rod", "1", "amount", (), _rod, whole=True),
 }
 """By the name of the option ``--colour``."""

@@ -60,15 +60,20 @@ class Content:
         self.all_times: np.ndarray = every["time"].values
         self.times: np.ndarray = self.all_times[np.asarray(self.numbers)]
         self.period, self.box = np.array(self.scene.period), sides_of(self.scene)
-        self.rods = [
-            Rods(name, data, self.numbers, self.colour, _radius(self.scene, data), self.period)
-            for name, data in chosen.items()
-        ]
+        self.rods = self._rods_at(chosen, self.numbers)
+        self._chosen = chosen
         walls = self.scene.box.surface if self.scene.box else None
         duration = float(self.all_times[-1] - self.all_times[0]) or self.spacing
         self._round_off = max(_round_off(self.colour, data, duration) for data in chosen.values())
         self.membrane = Sheet(self.scene.surface, self.all_times, self.numbers) if self.scene.surface else None
         self.container = Sheet(walls, self.all_times, self.numbers) if walls else None
+
+    def _rods_at(self, chosen: dict[str, xr.Dataset], numbers: range) -> list[Rods]:
+        """The chosen ensembles at frames of the trajectory."""
+        return [
+            Rods(name, data, numbers, self.colour, _radius(self.scene, data), self.period)
+            for name, data in chosen.items()
+        ]
 
     @property
     def metres(self) -> float:
@@ -106,23 +111,33 @@ class Content:
         return edges_of(self.scene)
 
     def scale(self, frame: int) -> Scale:
-        """The scale of the colours at a frame: that of the run, of this frame, or the given one."""
+        """The scale of the colours at a frame: that of the whole run, of this frame, or the given one."""
         span = self.selection.span
         if span == "frame":
-            return scale_of(self.colour, self._values([frame]), self._round_off)
-        return self._of_run if span == "run" else Scale(self.colour, *span)
+            return scale_of(self.colour, _values(self.rods, [frame]), self._round_off)
+        return self._of_run if span == "run" else self._given
 
     @cached_property
     def _of_run(self) -> Scale:
-        return scale_of(self.colour, self._values(self.sample()), self._round_off)
+        """That of a sample of all frames of the trajectory, so that stills and films of one run can be compared."""
+        return scale_of(self.colour, self._values_of_run, self._round_off)
+
+    @cached_property
+    def _given(self) -> Scale:
+        span = self.selection.span
+        assert not isinstance(span, str)
+        return Scale(self.colour, *span).marked(self._values_of_run)
+
+    @cached_property
+    def _values_of_run(self) -> np.ndarray:
+        """The values of the colour at a sample of all frames of the trajectory, [frame, value]."""
+        numbers = _spaced(len(self.all_times), _SAMPLED)
+        every = self._rods_at(self._chosen, numbers)
+        return np.stack([_values(every, [frame]) for frame in range(len(numbers))])
 
     def sample(self, most: int = _SAMPLED) -> range:
-        """At most so many of the frames, evenly spaced from the first."""
-        return range(0, self.frames, -(-self.frames // most))
-
-    def _values(self, frames: range | list[int]) -> np.ndarray:
-        """All values of the colour at these frames."""
-        return np.concatenate([rods.values(frame).ravel() for rods in self.rods for frame in frames])
+        """At most so many of the chosen frames, evenly spaced from the first."""
+        return _spaced(self.frames, most)
 
     def bounds(self, frames: range | list[int] | None = None) -> np.ndarray:
         """Lower and upper corner [2, 3] of what is drawn at these frames (default: at a sample of all).
@@ -154,6 +169,16 @@ def content(run_dir: str | Path, selection: Selection | None = None) -> Content:
     if not any(data.sizes["frame"] for data in run.children.values()):
         raise RunFolderError(f"{run_dir} has no complete frame: resume the run, or run the scene again.")
     return Content(run, selection or Selection())
+
+
+def _spaced(count: int, most: int) -> range:
+    """At most so many of ``count`` frames, evenly spaced from the first."""
+    return range(0, count, -(-count // most))
+
+
+def _values(every: list[Rods], frames: list[int]) -> np.ndarray:
+    """All values of the colour of these rods at these frames."""
+    return np.concatenate([rods.values(frame).ravel() for rods in every for frame in frames])
 
 
 def _radius(scene: Scene, data: xr.Dataset) -> float:

@@ -128,7 +128,7 @@ class Exporter:
 def need_ffmpeg() -> None:
     """Raises SceneError with what to install where films in MP4 cannot be made."""
     if find_spec("imageio_ffmpeg") is None:
-        raise SceneError("a film in MP4 needs ffmpeg: pip install 'warp-rods[film]'; or make a GIF, --gif")
+        raise SceneError("a film in MP4 needs ffmpeg: pip install -e '.[film]'; or make a GIF, --gif")
 
 
 def _of(module: str, name: str) -> Callable[..., Any]:

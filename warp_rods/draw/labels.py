@@ -10,6 +10,7 @@ import xarray as xr
 
 from warp_rods.analysis.described import units_of
 from warp_rods.draw.style import OKABE_ITO
+from warp_rods.quantities import with_prefixes
 
 BLUE, ORANGE = OKABE_ITO[:2]
 GUIDE: dict[str, Any] = {"color": "0.5", "linewidth": 0.8, "linestyle": "--"}
@@ -19,7 +20,7 @@ BAND: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
 def label(measured: xr.DataArray) -> str:
     """The long name and units of a measure, on two lines where they are long.
 
-    Values are in the units of the scene; where these have a size in SI it is named: "in units of 1e-06 m".
+    Values are in the units of the scene; where these have a size in SI it is named: "µm", "in units of 20 µm".
     """
     return fill(named(str(measured.attrs["long_name"]), str(measured.attrs.get("units", "1"))), 38)
 
@@ -36,12 +37,13 @@ def named_in(data: xr.Dataset, name: str, product: str) -> str:
 
 
 def _in_words(units: str) -> str:
-    """Units such as "1e-06 m" as what the values count."""
+    """Units such as "1e-06 m" as what the values count: "µm"."""
     number, _, unit = units.partition(" ")
     try:
         size = float(number)
     except ValueError:
         return units
+    size, unit = with_prefixes(size, unit) if unit else (size, unit)
     return units if not unit else unit if size == 1 else f"in units of {size:.4g} {unit}"
 
 

@@ -50,10 +50,22 @@ class Canvas:
     def colour_bar(self, right: float, y: float, width: float, scale: Scale, label: str) -> float:
         """A bar with a label above it and three numbers below; y: of its upper edge.
 
-        It ends at ``right`` and is at least as wide as its label. Returns its left end.
+        It ends at ``right`` and is at least as wide as its label; an arrow goes beyond an end beyond which there are
+        values. Returns its left end.
         """
         ends = ["−π", "0", "π"] if scale.colour.kind == "angle" else [_number(value) for value in scale.ticks(3)]
-        return self._bar(right, y, width, lambda count: scale.rgb(scale.ticks(count)), label, ends)
+        x = self._bar(right, y, width, lambda count: scale.rgb(scale.ticks(count)), label, ends)
+        beyond = [(right, 1, scale.high)] if scale.above else []
+        for end, towards, value in [(x, -1, scale.low), *beyond] if scale.below else beyond:
+            self._arrow(end, y, towards, scale.rgb(np.array([value]))[0])
+        return x
+
+    def _arrow(self, x: float, y: float, towards: int, colour: np.ndarray) -> None:
+        """A tip on an end of a bar: there are values beyond it."""
+        height = round(0.7 * self.text)
+        x, y = round(x), round(y)
+        corners = [(x, y), (x + 0.7 * towards * height, y + height / 2), (x, y + height)]
+        self._pen.polygon(corners, fill=tuple(int(level) for level in np.rint(255 * colour)))
 
     def curvature_bar(self, right: float, y: float, width: float, largest: float, label: str) -> float:
         """The bar of the Gaussian curvature of a membrane."""

@@ -18,6 +18,8 @@ from warp_rods.simulation.reading import open_run
 __all__ = ["ALL", "FOLDER", "Drawable", "drawables", "drawn", "listed"]
 
 FOLDER = "plots"
+OF_SWIMMERS = ("speed", "instantaneous_speed", "phase_portrait")
+"""Plots that mean nothing for rods that do not swim, although they could be drawn."""
 ALL = "all"
 """Stands for every plot."""
 
@@ -53,6 +55,8 @@ def drawables(run: xr.DataTree) -> list[Drawable]:
 
 
 def _has_plot(name: str, data: xr.Dataset) -> bool:
+    if name in OF_SWIMMERS and "activity" not in data:
+        return False
     return name in measured.PLOTS or name in views(data)
 
 

@@ -13,6 +13,7 @@ import warp as wp
 
 from warp_rods.device import exclusive, start
 from warp_rods.draw.content import Content
+from warp_rods.draw.rods import Rods
 from warp_rods.draw.sheet import curvature_colours
 from warp_rods.draw.view import View
 from warp_rods.kernels import picture as kernels
@@ -24,6 +25,8 @@ FINER = 2
 """Pixels of the drawing for one of the picture, along each side: their mean has smooth edges."""
 THINNEST = 0.8
 """Smallest radius of a tube, pixels of the drawing."""
+_LEAST = 1 / 150
+"""Radius over half the width of the picture, at least, of rods on a membrane that have no steric core."""
 _OPACITY, _CONTAINER_OPACITY = 0.5, 0.13
 _NEUTRAL = (0.78, 0.80, 0.84)
 _EDGE = (0.62, 0.64, 0.68)
@@ -44,6 +47,7 @@ class Painter:
         start()
         self.shown, self.view, self.size = shown, view, (height, width)
         self.scale = float(min(width / (2 * view.half[0]), height / (2 * view.half[1])))
+        self._least = _LEAST * view.half.max() if shown.membrane and not shown.scene.steric else 0.0
         self._sheet = shown.membrane or shown.container
         self._opacity = _OPACITY if shown.membrane else _CONTAINER_OPACITY
         self.curvature = shown.membrane.curvature if shown.membrane else 0.0
@@ -61,13 +65,17 @@ class Painter:
             self._clear(self._rods)
             wp.launch(kernels.draw_capsules, len(tubes.radius), [tubes, self._rods], device="cpu")
             self._paint_sheet(view, frame)
-            least = FINER * self.scale * min(rods.radius for rods in self.shown.rods)
+            least = FINER * self.scale * min(self._radius(rods) for rods in self.shown.rods)
             inputs = [self._rods, self._front, self._back, self._opacity, FINER, max(least, 2.0)]
             wp.launch(kernels.compose, self._out.shape, [*inputs, self._out], device="cpu")
             fine = self._out.numpy()
         height, width = self.size
         mean = fine.reshape(height, FINER, width, FINER, 3).mean(axis=(1, 3))
         return np.rint(255 * np.clip(mean, 0.0, 1.0)).astype(np.uint8)
+
+    def _radius(self, rods: Rods) -> float:
+        """The radius with which rods are drawn in this view."""
+        return max(rods.radius, self._least)
 
     def to_pixels(self, points: np.ndarray, view: View) -> np.ndarray:
         """Points [..., 3] in pixels of the drawing: right, down, towards the viewer."""
@@ -82,7 +90,7 @@ class Painter:
         parts: list[tuple[np.ndarray, ...]] = []
         for rods in self.shown.rods:
             points, colours = self.to_pixels(rods.positions(frame), view), scale.rgb(rods.values(frame))
-            radius = np.full(rods.count * (rods.nodes - 1), max(FINER * self.scale * rods.radius, THINNEST))
+            radius = np.full(rods.count * (rods.nodes - 1), max(FINER * self.scale * self._radius(rods), THINNEST))
             ends = (points[:, :-1], points[:, 1:], colours[:, :-1], colours[:, 1:])
             parts.append((*(end.reshape(-1, 3) for end in ends), radius))
         lines = self.to_pixels(np.concatenate([self.shown.edges, self._trail(frame)]), view)

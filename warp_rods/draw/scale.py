@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,17 +15,33 @@ LACKING = (0.55, 0.55, 0.55)
 _QUANTILES = (0.02, 0.98)
 """Quantiles of an amount at both ends of its scale; that of a signed one is symmetric, at the second of |values|."""
 
+_OF_A_FRAME, _ROOM = 0.9, 16.0
+"""The root scale of an energy goes to this quantile of the frame in which it is largest, but to at most so many times
+that of all frames: rods that relax at once would else be saturated in the first picture, or dark in all others."""
+_BEYOND = 0.01
+"""Values beyond an end of the scale by more than this part of it are marked by an arrow."""
 _SAME = 1e-12
 """Values that differ by this part of their size are equal but for round-off."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Colours of one quantity between ``low`` and ``high``: evenly, or as the root of a quadratic quantity."""
+    """Colours of one quantity between ``low`` and ``high``: evenly, or as the root of a quadratic quantity.
+
+    below, above: whether there are values beyond these ends, which have the colours of the ends.
+    """
 
     colour: Colour
     low: float
     high: float
+    below: bool = False
+    above: bool = False
+
+    def marked(self, values: np.ndarray) -> Scale:
+        """This scale, with whether any of these values [...] are beyond its ends."""
+        slack = _BEYOND * (self.high - self.low)
+        below, above = bool((values < self.low - slack).any()), bool((values > self.high + slack).any())
+        return replace(self, below=below, above=above)
 
     def fraction(self, values: np.ndarray) -> np.ndarray:
         """Where values [...] are on the scale, from 0 to 1; NaN where there is no value."""
@@ -45,13 +61,18 @@ class Scale:
 
 
 def scale_of(colour: Colour, values: np.ndarray, round_off: float = 0.0) -> Scale:
-    """The scale that suits all these values [...]; those that are not finite do not count.
+    """The scale that suits all these values [frame, value], or [value]; those that are not finite do not count.
 
     Where the quantiles leave no range, as of few values beside many zeros, it goes to the extreme ones. A constant is
     in the middle of its scale. Values up to ``round_off``, and differences of 1e-12 of the largest value, are none.
     """
     if colour.kind == "angle":
         return Scale(colour, -np.pi, np.pi)
+    return _between(colour, values, round_off).marked(values)
+
+
+def _between(colour: Colour, values: np.ndarray, round_off: float) -> Scale:
+    frames = np.atleast_2d(values)
     values = values[np.isfinite(values)]
     values = np.where(np.abs(values) > round_off, values, 0.0) if values.size else np.zeros(1)
     if colour.kind == "signed":
@@ -61,10 +82,17 @@ def scale_of(colour: Colour, values: np.ndarray, round_off: float = 0.0) -> Scal
     quantiles = (0.0, 1.0) if colour.whole else _QUANTILES
     for ends in (quantiles, (0.0, 1.0)):
         low, high = map(float, np.quantile(values, ends))
-        low = 0.0 if colour.quadratic else low
+        if colour.quadratic:
+            low, high = 0.0, max(high, min(_largest_of_a_frame(frames), _ROOM * high))
         if high - low > _SAME * max(abs(low), abs(high)):
             return Scale(colour, low, high)
     return Scale(colour, min(0.0, 2 * low), max(0.0, 2 * low)) if low else Scale(colour, 0.0, 1.0)
+
+
+def _largest_of_a_frame(frames: np.ndarray) -> float:
+    """The largest of the upper quantiles of single frames [frame, value]."""
+    finite = [frame[np.isfinite(frame)] for frame in frames]
+    return max((float(np.quantile(frame, _OF_A_FRAME)) for frame in finite if frame.size), default=0.0)
 
 
 def linear(screen: np.ndarray) -> np.ndarray:

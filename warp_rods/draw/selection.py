@@ -23,8 +23,9 @@ class Selection:
     """A part of a run, and how its rods are coloured.
 
     ensembles: their names, none for all. frames: a slice of the frames of the trajectory. colour: a row of ``COLOURS``,
-    or empty for the first of which the run has what it needs. span: both ends of the colours are taken from all chosen
-    frames ("run"), anew from each ("frame"), or given. Raises SceneError for an unknown colour and a wrong span.
+    or empty for the first of which the run has what it needs. span: both ends of the colours are taken from all frames
+    of the run, chosen or not ("run"), anew from each ("frame"), or given. Raises SceneError for an unknown colour and a
+    wrong span.
     """
 
     ensembles: tuple[str, ...] = ()

@@ -24,6 +24,15 @@ __all__ = ["VIEWS", "View", "views"]
 
 SIGNED_MAP = "RdBu_r"
 """Colours of values of both signs, white at 0."""
+FAR, SAME = 0.4, 1e-6
+"""Values that all are above this part of the largest ones are far from 0; those that differ by less are the same."""
+STRAINS = {
+    "normal": "normal curvature",
+    "geodesic": "geodesic curvature",
+    "bend1": "bending strain 1",
+    "bend2": "bending strain 2",
+}
+"""What strains are called, where the name of the component alone says too little."""
 STEEP = 30.0
 """Sums whose largest value is above so many times the median are drawn on a logarithmic axis."""
 MOST_LINES = 12
@@ -85,13 +94,17 @@ def _sums(axes: Any, data: xr.Dataset, names: list[str]) -> None:
 def kymograph(axes: Any, data: xr.Dataset, variable: str, component: str | None = None, rod: int = 0) -> None:
     """A variable along one rod over time; the colours end at the 99th percentile of its size.
 
+    Those of values far from 0, as of a curvature that changes by little, begin at the 1st percentile instead of 0.
+
     Raises ValueError where there is no such rod, and where the variable is 0 throughout.
     """
     if not 0 <= rod < data.sizes["rod"]:
         raise ValueError(f"rod = {rod}: there are {data.sizes['rod']}, counted from 0")
     values = data[variable].isel(rod=rod)
     if component is not None:
-        values = values.sel({values.dims[-1]: component}).assign_attrs(values.attrs | {"long_name": component})
+        values = values.sel({values.dims[-1]: component}).assign_attrs(
+            values.attrs | {"long_name": STRAINS.get(component, component)}
+        )
     values = values.transpose("frame", "node")
     numbers = values.to_numpy()
     if not np.any(numbers):
@@ -105,15 +118,24 @@ def kymograph(axes: Any, data: xr.Dataset, variable: str, component: str | None 
             named_in(data, "arc length", "length"),
         )
     time = np.broadcast_to(data["time"].to_numpy()[:, None], numbers.shape)
-    top = max(float(np.nanquantile(np.abs(numbers), 0.99)), np.finfo(float).tiny)
-    signed = bool((numbers < 0).any())
+    low, top = _ends(numbers)
+    signed = low < 0
     drawn = axes.pcolormesh(
-        time, ends, numbers, vmin=-top if signed else 0, vmax=top,
+        time, ends, numbers, vmin=low, vmax=top,
         cmap=SIGNED_MAP if signed else None, shading="gouraud", rasterized=True,
     )  # fmt: skip
-    axes.figure.colorbar(drawn, ax=axes, extend="both" if signed else "max", label=label(values))
+    axes.figure.colorbar(drawn, ax=axes, extend="both" if low else "max", label=label(values))
     axes.set(title=f"rod {rod}", ylabel=name)
     times(axes, data)
+
+
+def _ends(numbers: np.ndarray) -> tuple[float, float]:
+    """Both ends of the colours: symmetric where there are values below 0, and from 0 where values come near to it."""
+    top = max(float(np.nanquantile(np.abs(numbers), 0.99)), np.finfo(float).tiny)
+    if (numbers < 0).any():
+        return -top, top
+    low = float(np.nanquantile(numbers, 0.01))
+    return (low if FAR * top < low < (1 - SAME) * top else 0.0), top
 
 
 def phase_portrait(axes: Any, data: xr.Dataset) -> None:
@@ -153,8 +175,11 @@ def views(data: xr.Dataset) -> dict[str, View]:
     found = {name: row for name, row in VIEWS.items() if all(need in data for need in row.needs)}
     for variable, dimension in (("strain", "strain_component"), ("stretch", "stretch_component")):
         for component in data[dimension].to_numpy() if variable in data else ():
-            function = partial(kymograph, variable=variable, component=str(component))
-            found[f"kymograph_{component}"] = View(f"Kymograph of {component}, of one rod", function, (variable,))
+            component = str(component)
+            function = partial(kymograph, variable=variable, component=component)
+            found[f"kymograph_{component}"] = View(
+                f"Kymograph of {STRAINS.get(component, component)}, of one rod", function, (variable,)
+            )
     return found
 
 

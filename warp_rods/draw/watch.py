@@ -17,7 +17,7 @@ from rich.text import Text
 from warp_rods.draw import characters
 from warp_rods.errors import RunFolderError
 from warp_rods.progress import LINE_EVERY, in_words
-from warp_rods.simulation.files import STUDY, no_run
+from warp_rods.simulation.files import STUDY, beside, no_run
 from warp_rods.simulation.leftovers import is_being_made
 from warp_rods.simulation.status import RunStatus, State, status_of
 from warp_rods.simulation.store import STORE
@@ -71,6 +71,8 @@ def _wait_for_the_run(folder: Path, console: Console) -> None:
         if (folder / STORE).exists() or is_being_made(folder) or is_under_way(folder):
             return
         if look == 0:
+            if hint := beside(folder, STORE):
+                raise RunFolderError(f"There is no run in {folder}{hint}")
             text = f"no run in {folder} yet: waiting for {in_words(PATIENCE)}, as kernels may be compiled first"
             console.print(text, soft_wrap=True)
         time.sleep(LOOK_EVERY)

@@ -83,7 +83,7 @@ def _needed(package: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError:
-        raise FileError(f"is read with {package}, which is not installed: pip install 'warp-rods[images]'") from None
+        raise FileError(f"is read with {package}, which is not installed: pip install -e '.[images]'") from None
 
 
 def _nifti(path: Path, whole: bool) -> tuple[Any, tuple[float, float, float] | None, str]:

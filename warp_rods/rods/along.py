@@ -14,7 +14,7 @@ from warp_rods.rods.changes import numbers_of_rods
 
 PLACES = 5
 """Places along a rod at which formulas in s and t are sampled."""
-ALLOWED = "a number, one for each rod, values [rod, node], a formula in s, or one for each rod"
+ALLOWED = "a number, numbers [rod] or [rod, node], a formula in s, or a list of formulas, one for each rod"
 
 
 class Along:

@@ -132,6 +132,12 @@ class Ensemble(Readings):
     count = Fixed[int]("Number of rods.")
     device = Fixed[wp.Device]("Where the rods are.")
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Wrong names of arguments are a SceneError, as wrong values are."""
+        super().__init_subclass__(**options)
+        if "__init__" in vars(cls):
+            cls.__init__ = arguments.naming(cls.__init__)  # type: ignore[method-assign]
+
     def __init__(self, count: int, nodes: int, parameters: Mapping[str, np.ndarray], device: Any, **fixed: Any):
         """``parameters``: values of ``Parameter`` attributes; ``fixed``: of the other ``Fixed`` attributes."""
         self._nodes = arguments.whole("nodes", nodes)

@@ -18,7 +18,7 @@ import numpy as np
 
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import Chunks
-from warp_rods.simulation.files import STUDY, no_run, replace_file
+from warp_rods.simulation.files import STUDY, beside, no_run, replace_file
 from warp_rods.simulation.zarr_format import METADATA
 
 __all__ = ["CHECKSUM", "FRAMES", "METADATA", "Document"]
@@ -173,14 +173,15 @@ def _checksum(document: Mapping[str, Any]) -> str:
 
 def _parsed(file: Path) -> dict[str, Any]:
     """The JSON object in a file; raises RunFolderError."""
+    folder = file.parent.parent
     try:
         document = json.loads(file.read_bytes())
     except FileNotFoundError:
         if (file.parent.parent / STUDY).exists():
             raise RunFolderError(no_run(file.parent.parent)) from None
         raise RunFolderError(
-            f"There is no run in {file.parent.parent}: {file.parent.name}/{file.name} is missing. "
-            "Give the folder that `warp-rods run SCENE --out DIR` wrote."
+            f"There is no run in {folder}{beside(folder, file.parent.name)}: {file.parent.name}/{file.name} is "
+            "missing. Give the folder that `warp-rods run SCENE --out DIR` wrote."
         ) from None
     except (OSError, ValueError, RecursionError) as fault:
         raise RunFolderError(f"{file} cannot be read ({fault}): run the scene again.") from None

@@ -9,10 +9,15 @@ from pathlib import Path
 
 from warp_rods.errors import RunFolderError
 
-__all__ = ["check_writable", "default_folder", "digest", "nearest_existing", "no_run", "replace_file", "sync"]
+__all__ = [
+    "RUNS", "STUDY", "beside", "check_writable", "default_folder", "digest", "nearest_existing", "no_run",
+    "replace_file", "sync",
+]  # fmt: skip
 
-STUDY = "study.zarr"
-"""The results of a parameter study, in its folder."""
+RUNS = Path("runs")
+"""The folder of runs for which none is given."""
+STUDY, TRAJECTORY = "study.zarr", "trajectory.zarr"
+"""The results of a parameter study, and of a run, in its folder."""
 
 
 def replace_file(
@@ -40,15 +45,23 @@ def replace_file(
         sync(path.parent)
 
 
+def beside(folder: Path, *stores: str) -> str:
+    """A hint where the default folder of runs has what a folder lacks: " (did you mean runs/mine?)"; else empty."""
+    inside = RUNS / folder
+    there = not folder.is_absolute() and any((inside / store).exists() for store in stores)
+    return f" (did you mean {inside}?)" if there else ""
+
+
 def default_folder(scene: object) -> Path:
     """The folder of a run for which none is given: ``runs/NAME`` of a scene in NAME.toml."""
-    return Path("runs") / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
+    return RUNS / (Path(scene).stem if isinstance(scene, (str, Path)) else "scene")
 
 
 def no_run(folder: Path) -> str:
     """Why a folder in which there is no run cannot be looked at as one, and what to try."""
     if not (folder / STUDY).exists():
-        return f"There is no run in {folder}: give the folder that `warp-rods run SCENE --out DIR` wrote"
+        hint = beside(folder, TRAJECTORY, STUDY)
+        return f"There is no run in {folder}{hint}: give the folder that `warp-rods run SCENE --out DIR` wrote"
     runs = f"; the runs of its points are in {folder / 'trajectories'}" if (folder / "trajectories").is_dir() else ""
     return (
         f"{folder} holds a study, which is not one run: `warp-rods sweep SCENE --out {folder} --status` says how far "

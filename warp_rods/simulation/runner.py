@@ -45,8 +45,9 @@ Hooks = Sequence[tuple[Cadence, Callable[[Simulation], Any]]]
 class Run(metaclass=Documented):
     """A finished run.
 
-    folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done. lost: a
-    line for each rod that was frozen. messages: all that the run said, in order.
+    folder: where it is. scene: as run. order: its ensembles as in the scene. seconds it took, rod_steps done: none of a
+    run that was at its end when it was continued. lost: a line for each rod that was frozen. messages: all that the run
+    said, in order.
     """
 
     def __init__(
@@ -129,10 +130,9 @@ def simulate(
         saver = Saver(kept, report)
         held.push(saver.keep_last_messages)
         simulation.attach(EveryFrame(), saver)
-        if state is not None:
-            _go_on_from(simulation, kept, state, report)
+        at_end = state is not None and _continued(simulation, kept, state, report)
         start = time.perf_counter()
-        rod_steps = _loop(simulation, kept, report, console, interruption)
+        rod_steps = 0 if at_end else _loop(simulation, kept, report, console, interruption)
         seconds = time.perf_counter() - start
         kept.finish()
         if interruption.number is not None:
@@ -167,16 +167,19 @@ def _tell_needs(simulation: Simulation, report: Report) -> None:
     report.note(simulation.pace)
 
 
-def _go_on_from(simulation: Simulation, kept: RunFolder, state: State, report: Report) -> None:
-    """Put the simulation where the checkpoint has it."""
+def _continued(simulation: Simulation, kept: RunFolder, state: State, report: Report) -> bool:
+    """Put the simulation where the checkpoint has it; whether that is its end already."""
     simulation.restore(state)
     kept.continues_from = simulation.now
     simulation.new_failures()  # told before; raises where no rod is left
-    more = ": that is time.end already; make it longer to continue" if simulation.finished else ""
+    if simulation.finished:
+        report.note(f"already finished at t = {simulation.now:g}; give a larger time.end to go on")
+        return True
     stop_for_failures(simulation)
-    report.note(f"continuing from t = {simulation.now:g}{more}")
+    report.note(f"continuing from t = {simulation.now:g}")
     if not simulation.finished:
         _tell_needs(simulation, report)
+    return False
 
 
 def _loop(simulation: Simulation, kept: RunFolder, report: Report, console: Console, interruption: Interruption) -> int:

@@ -52,7 +52,7 @@ class RunStatus:
     speed: float | None = None
     """Rod-steps per second."""
     why: str = ""
-    """What is damaged, or what ended the run."""
+    """What is damaged, what ended the run, or what is being made of it."""
     title: str = ""
     messages: tuple[str, ...] = ()
 
@@ -119,10 +119,15 @@ def _read(folder: Path, running: bool) -> RunStatus:
         lost=lost,
         seconds_left=told.seconds_left(end) if told else None,
         speed=told.rod_steps / told.seconds if told and told.seconds else None,
-        why="; ".join(_reason(messages)) if state is State.STOPPED else "",
+        why="; ".join(_reason(messages)) if state is State.STOPPED else _made(told),
         title=str(document.attributes.get("title", "")),
         messages=messages,
     )
+
+
+def _made(told: UnderWay | None) -> str:
+    """Which picture a run that has all its frames makes."""
+    return f"its {told.making} is being made" if told and told.making else ""
 
 
 def _rods(folder: Path) -> tuple[dict[str, int], dict[str, int]]:

@@ -10,6 +10,7 @@ import errno
 import json
 import os
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -18,7 +19,16 @@ from filelock import FileLock, Timeout
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.files import replace_file
 
-__all__ = ["LOCK", "UNDER_WAY", "FolderInUse", "Telling", "UnderWay", "is_under_way", "lock_folder"]
+__all__ = [
+    "LOCK",
+    "UNDER_WAY",
+    "FolderInUse",
+    "Telling",
+    "UnderWay",
+    "is_under_way",
+    "lock_folder",
+    "telling_what_is_made",
+]
 
 LOCK, UNDER_WAY = ".lock", ".under_way.json"
 TELL_EVERY = 1.0
@@ -31,13 +41,15 @@ PATIENCE = 0.5
 class UnderWay:
     """How far a run is: ``time`` of the simulation, and from which ``first`` in how many ``seconds`` and ``rod_steps``.
 
-    Those of this process; a run that is continued begins at a later ``first``.
+    Those of this process; a run that is continued begins at a later ``first``. ``making``: the picture that is made at
+    the end of the run; the other numbers are then 0.
     """
 
     time: float
     first: float
     seconds: float
     rod_steps: int
+    making: str = ""
 
     @classmethod
     def read(cls, folder: Path) -> UnderWay | None:
@@ -76,6 +88,19 @@ class Telling:
         state = UnderWay(now, self._first, clock - self._began, rod_steps)
         with contextlib.suppress(OSError):  # a run does not depend on who looks at it: its frames tell of a full disk
             replace_file(self._file, json.dumps(asdict(state)).encode())
+
+
+@contextlib.contextmanager
+def telling_what_is_made(folder: Path, what: str) -> Iterator[None]:
+    """A context in which a run that has all its frames tells which picture is being made."""
+    file = folder / UNDER_WAY
+    with contextlib.suppress(OSError):
+        replace_file(file, json.dumps(asdict(UnderWay(0.0, 0.0, 0.0, 0, what))).encode())
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            file.unlink(missing_ok=True)
 
 
 class FolderInUse(RunFolderError):

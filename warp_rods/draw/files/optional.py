@@ -17,5 +17,5 @@ def needed(module: str, option: str, extra: str = "files") -> Any:
     except ModuleNotFoundError:
         package = module.split(".")[0]
         raise WarpRodsError(
-            f"{option} needs the package {package}, which is not installed: pip install 'warp-rods[{extra}]'"
+            f"{option} needs the package {package}, which is not installed: pip install -e '.[{extra}]'"
         ) from None

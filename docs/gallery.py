@@ -44,7 +44,7 @@ def picture(scene: Path, runs: Path, until: float) -> Path:
 
 
 def main() -> None:
-    known = {path.stem: path for path in sorted((ROOT / "scenes").glob("*.toml"))}
+    known = {path.stem: path for path in sorted((ROOT / "scenes").glob("*.toml")) if not path.stem.startswith("study")}
     parser = argparse.ArgumentParser(description="Run scenes and keep their posters for the gallery.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="names of scenes; all without one")
     parser.add_argument("--runs", type=Path, default=ROOT / "runs" / "gallery", help="folder of the runs")

@@ -15,9 +15,9 @@ LACKING = (0.55, 0.55, 0.55)
 _QUANTILES = (0.02, 0.98)
 """Quantiles of an amount at both ends of its scale; that of a signed one is symmetric, at the second of |values|."""
 
-_OF_A_FRAME, _ROOM = 0.9, 16.0
+_OF_A_FRAME, _ROOM = 0.9, 2.0
 """The root scale of an energy goes to this quantile of the frame in which it is largest, but to at most so many times
-that of all frames: rods that relax at once would else be saturated in the first picture, or dark in all others."""
+that of all frames: the last picture, where rods have relaxed, must not be dark. Arrows mark what is beyond."""
 _BEYOND = 0.01
 """Values beyond an end of the scale by more than this part of it are marked by an arrow."""
 _SAME = 1e-12

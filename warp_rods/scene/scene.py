@@ -185,10 +185,7 @@ class Scene(Table):
         return html_table([*rods, *rows, until], ("ensemble", "kind", "rods", "nodes"), self.title or "Scene")
 
     def to_toml(self) -> str:
-        """The scene as TOML text with the defaults of its tables; ``parse`` returns an equal scene.
-
-        Left out are tables and keys that are not given and are None, as ``time.tolerance``.
-        """
+        """The scene as TOML text with the defaults of its tables but None; ``parse`` returns an equal scene."""
         return tomli_w.dumps(self._tables())
 
     def hash(self) -> str:

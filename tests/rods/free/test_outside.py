@@ -168,7 +168,7 @@ def test_each_rod_may_have_a_weight_of_its_own(device):
         ),
         ({"forces": [{"force": ["sqrt(0*x - 1)/(x - x)", 0, 0]}]}, "forces: .*divides by zero"),
         ({"couple": "x"}, "couple = 'x': .*x is not known here"),
-        ({"couple": [1.0, 2.0, 3.0]}, "couple: must be a number, one for each rod"),
+        ({"couple": [1.0, 2.0, 3.0]}, "couple: must be a number, numbers"),
         ({"couple": 1.0, "symmetric": True}, "symmetric = true: a couple could break the symmetry"),
     ],
 )

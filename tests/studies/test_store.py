@@ -1,6 +1,7 @@
 """The store of a study: labels, regions, whole files, what is left of a kill, and which points a refinement adds."""
 
 import os
+import signal
 import threading
 import time
 
@@ -141,6 +142,22 @@ def test_a_writer_that_was_stopped_for_long_spoils_nothing(tmp_path, monkeypatch
     writer.start()
     writer.join()
     assert store.states()[0, 0].tolist() == [1, 1] and store.whole("speed")[0, 0].tolist() == [5.0, 7.0]
+
+
+def test_a_mark_that_does_not_fit_on_the_disk_is_not_left(tmp_path):
+    """An empty file needs no space on a full disk, and its content does: others would wait for it for half a minute."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
+    try:
+        with pytest.raises(OSError), marks.alone(tmp_path / "mark"):
+            raise AssertionError("it is held")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_finished_is_not_written_again(tmp_path):

@@ -59,13 +59,17 @@ def this_process() -> str:
 
 
 def _made(mark: Path, owner: bytes) -> bool:
-    """Whether the mark could be made; False where there is one."""
+    """Whether the mark could be made; False where there is one. Raises OSError, as on a full disk, and leaves none."""
     try:
         descriptor = os.open(mark, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
     except FileExistsError:
         return False
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(owner)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(owner)
+    except OSError:
+        mark.unlink(missing_ok=True)  # others would wait for it in vain
+        raise
     return True
 
 

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from warp_rods import completion
 from warp_rods.errors import RunFolderError
+from warp_rods.simulation.files import RUNS, STUDY, TRAJECTORY
 
 __all__ = ["RunDir", "add_to", "out_option"]
 
@@ -21,8 +22,7 @@ PlottedDir = Annotated[
     Path,
     typer.Argument(metavar="DIR", help="The folder of a run, or a study", autocompletion=completion.plotted_folders),
 ]
-RUNS = Path("runs")
-PLOTTED = {"trajectory.zarr": "warp_rods.draw.of_run", "study.zarr": "warp_rods.studies.plot"}
+PLOTTED = {TRAJECTORY: "warp_rods.draw.of_run", STUDY: "warp_rods.studies.plot"}
 """What marks a folder that can be plotted, and the module with ``plotted(folder, names, ensembles, out, rod)``: it
 draws and yields lines to print; without names it may list what there is."""
 
@@ -118,7 +118,6 @@ def status(
     one is running.
     """
     from warp_rods.draw.watch import line
-    from warp_rods.simulation.files import STUDY
     from warp_rods.simulation.status import RunStatus, State, exit_code, status_of
 
     folders = run_dirs or sorted(path.parent for store in PLOTTED for path in RUNS.glob(f"*/{store}"))

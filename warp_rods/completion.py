@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from warp_rods.simulation.files import STUDY, TRAJECTORY
+
 __all__ = ["benchmarks", "plots", "plotted_folders", "reproductions", "run_folders", "scene_names", "scenes"]
 
 Offered = Iterator[tuple[str, str]]
-RUN, STUDY = "trajectory.zarr", "study.zarr"
-"""The stores by which folders of runs and of studies are known."""
 
 
 def scenes(incomplete: str) -> Offered:
@@ -29,12 +29,12 @@ def scene_names(incomplete: str) -> Offered:
 
 def run_folders(incomplete: str) -> Offered:
     """Folders of runs, and folders on the way to them."""
-    yield from _folders_with(incomplete, RUN)
+    yield from _folders_with(incomplete, TRAJECTORY)
 
 
 def plotted_folders(incomplete: str) -> Offered:
     """Folders of runs and of studies, and folders on the way to them."""
-    yield from _folders_with(incomplete, RUN, STUDY)
+    yield from _folders_with(incomplete, TRAJECTORY, STUDY)
 
 
 def _folders_with(incomplete: str, *stores: str) -> Offered:

@@ -13,8 +13,9 @@ from warp_rods.simulation.loop import Simulation
 from warp_rods.studies.batches import batch_tables, why_not
 from warp_rods.studies.columns import columns_of
 from warp_rods.studies.plan import Plan
-from warp_rods.studies.points import COMPUTED, LOST, as_rods, assumes, each_alone, measured, taken
+from warp_rods.studies.points import as_rods, assumes, each_alone, measured, taken
 from warp_rods.studies.record import Record, still
+from warp_rods.studies.store import COMPUTED, LOST
 from warp_rods.studies.tasks import _batch
 
 

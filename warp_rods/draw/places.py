@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import re
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from warp_rods.arguments import wrong
 from warp_rods.errors import RunFolderError, SceneError
 from warp_rods.simulation.files import check_writable
-from warp_rods.simulation.leftovers import aside_of, partial_of, remove_partial
+from warp_rods.simulation.leftovers import partial_of, remove_partial, replace_folder
 from warp_rods.simulation.run_folder import OWN
 
 __all__ = ["file_place", "folder_place", "placed"]
@@ -103,15 +102,8 @@ def placed(path: Path) -> Iterator[Path]:
 
 
 def _replace(path: Path, new: Path) -> None:
-    """Put a new file or folder in place; an old folder is renamed first, and removed when the new one is there."""
-    if not path.is_dir():
+    """Put a new file or folder in place."""
+    if path.is_dir():
+        replace_folder(path, new)
+    else:
         new.replace(path)
-        return
-    aside = aside_of(path)
-    path.rename(aside)
-    try:
-        new.rename(path)
-    except OSError:
-        aside.rename(path)
-        raise
-    shutil.rmtree(aside)

@@ -248,6 +248,15 @@ def with_whole_paths(tables: dict[str, Any], folder: Path) -> bool:
     return found
 
 
+def text_with_whole_paths(text: str, folder: Path) -> str:
+    """The TOML of a scene with ``folder`` before its relative paths; as it is where there are none."""
+    try:
+        tables = tomllib.loads(text)
+    except ValueError:
+        return text
+    return tomli_w.dumps(tables) if with_whole_paths(tables, folder) else text
+
+
 def paths_read(tables: dict[str, Any]) -> list[str]:
     """The files and folders that a scene with these tables reads, as they are given."""
     values = [table[key] for table, key in _readers(tables)]

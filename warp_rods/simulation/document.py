@@ -177,8 +177,8 @@ def _parsed(file: Path) -> dict[str, Any]:
     try:
         document = json.loads(file.read_bytes())
     except FileNotFoundError:
-        if (file.parent.parent / STUDY).exists():
-            raise RunFolderError(no_run(file.parent.parent)) from None
+        if (folder / STUDY).exists():
+            raise RunFolderError(no_run(folder)) from None
         raise RunFolderError(
             f"There is no run in {folder}{beside(folder, file.parent.name)}: {file.parent.name}/{file.name} is "
             "missing. Give the folder that `warp-rods run SCENE --out DIR` wrote."

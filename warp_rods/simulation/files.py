@@ -10,14 +10,16 @@ from pathlib import Path
 from warp_rods.errors import RunFolderError
 
 __all__ = [
-    "RUNS", "STUDY", "beside", "check_writable", "default_folder", "digest", "nearest_existing", "no_run",
-    "replace_file", "sync",
+    "RUNS", "STUDY", "TRAJECTORIES", "TRAJECTORY", "beside", "check_writable", "default_folder", "digest",
+    "nearest_existing", "no_run", "replace_file", "sync",
 ]  # fmt: skip
 
 RUNS = Path("runs")
 """The folder of runs for which none is given."""
 STUDY, TRAJECTORY = "study.zarr", "trajectory.zarr"
 """The results of a parameter study, and of a run, in its folder."""
+TRAJECTORIES = "trajectories"
+"""In the folder of a study the folders of runs of its points."""
 
 
 def replace_file(
@@ -62,7 +64,8 @@ def no_run(folder: Path) -> str:
     if not (folder / STUDY).exists():
         hint = beside(folder, TRAJECTORY, STUDY)
         return f"There is no run in {folder}{hint}: give the folder that `warp-rods run SCENE --out DIR` wrote"
-    runs = f"; the runs of its points are in {folder / 'trajectories'}" if (folder / "trajectories").is_dir() else ""
+    kept = folder / TRAJECTORIES
+    runs = f"; the runs of its points are in {kept}" if kept.is_dir() else ""
     return (
         f"{folder} holds a study, which is not one run: `warp-rods sweep SCENE --out {folder} --status` says how far "
         f'it is, `warp-rods plot {folder}` draws it, xarray.open_zarr("{folder / STUDY}") reads it{runs}'

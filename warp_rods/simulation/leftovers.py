@@ -13,7 +13,17 @@ from pathlib import Path
 
 from warp_rods.simulation.store import STORE
 
-__all__ = ["aside_of", "clear_leftovers", "is_being_made", "new_store", "old_store", "partial_of", "remove_partial"]
+__all__ = [
+    "aside_of",
+    "clear_leftovers",
+    "is_being_made",
+    "new_store",
+    "old_store",
+    "partial_of",
+    "remove_partial",
+    "replace_folder",
+    "this_process",
+]
 
 _LEFT_AFTER = 86400.0
 """Seconds without a change after which a temporary file counts as left, where its process cannot be asked after."""
@@ -57,8 +67,25 @@ def aside_of(folder: Path) -> Path:
     return folder.with_name(f"{_own(folder)}.old")
 
 
+def replace_folder(path: Path, new: Path) -> None:
+    """Put a new folder in place; the old one is renamed first, and removed when the new one is there."""
+    aside = aside_of(path)
+    path.rename(aside)
+    try:
+        new.rename(path)
+    except OSError:
+        aside.rename(path)
+        raise
+    shutil.rmtree(aside)
+
+
+def this_process() -> str:
+    """A name that no other process has, on any machine."""
+    return f"{_host()}-{os.getpid()}"
+
+
 def _own(file: Path) -> str:
-    return f".{file.name}.{_host()}-{os.getpid()}"
+    return f".{file.name}.{this_process()}"
 
 
 def _host() -> str:

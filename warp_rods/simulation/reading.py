@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 import xarray as xr
 import zarr
 from xarray.backends import BackendArray
@@ -15,7 +13,7 @@ from xarray.core import indexing  # see "How to add a new backend" of xarray; he
 
 from warp_rods import arguments
 from warp_rods.errors import RunFolderError
-from warp_rods.scene.scene import with_whole_paths
+from warp_rods.scene.scene import text_with_whole_paths
 from warp_rods.simulation.chunks import Chunks
 from warp_rods.simulation.document import CHECKSUM, FRAMES, Document
 from warp_rods.simulation.earlier import labelled
@@ -35,7 +33,8 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
     document = Document.read(path)
     attributes = {key: value for key, value in document.attributes.items() if key not in (FRAMES, CHECKSUM)}
     if "scene" in attributes:
-        attributes["scene"] = _with_whole_paths(attributes["scene"], run_dir)
+        # Of the files that the run folder keeps, wherever the folder is now.
+        attributes["scene"] = text_with_whole_paths(attributes["scene"], run_dir.resolve())
     # Each group keeps the scene, which describes its membrane and its box, and the units of its numbers.
     scene = {key: text for key, text in attributes.items() if key in ("scene", "units")}
     try:
@@ -46,15 +45,6 @@ def open_run(run_dir: str | Path) -> xr.DataTree:
     except Exception as fault:  # of a store of an earlier version, which has no checksums
         raise RunFolderError(f"{path} cannot be read ({fault}): run the scene again.") from None
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), **tree})
-
-
-def _with_whole_paths(scene: str, folder: Path) -> str:
-    """The scene of a run with the paths of the files that the run folder keeps, wherever the folder is now."""
-    try:
-        tables = tomllib.loads(scene)
-    except ValueError:
-        return scene
-    return tomli_w.dumps(tables) if with_whole_paths(tables, folder.resolve()) else scene
 
 
 class _Lazy(BackendArray):

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from warp_rods.rods.variables import ARC, TIME, Variable
+from warp_rods.simulation.files import TRAJECTORY
 from warp_rods.simulation.zarr_format import write_array, write_group, write_labels, write_values
 
-STORE = "trajectory.zarr"
+STORE = TRAJECTORY
 
 LARGE_FRAME = 512
 """Bytes of a frame from which on it is a chunk of its own in a shard: reading and decoding a chunk takes about 0.1 ms,

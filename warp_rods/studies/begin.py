@@ -6,23 +6,21 @@ import contextlib
 import math
 import shutil
 import time
-import tomllib
 import uuid
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-import tomli_w
 
 from warp_rods.errors import RunFolderError, WarpRodsError
-from warp_rods.scene.scene import Scene, with_whole_paths
-from warp_rods.simulation.files import replace_file
+from warp_rods.scene.scene import Scene, text_with_whole_paths
+from warp_rods.simulation.files import TRAJECTORIES, replace_file
+from warp_rods.simulation.leftovers import aside_of
 from warp_rods.simulation.loop import Simulation
 from warp_rods.simulation.zarr_format import METADATA
 from warp_rods.studies.batches import batch_tables, why_not
 from warp_rods.studies.columns import columns_of
 from warp_rods.studies.inputs import inputs
-from warp_rods.studies.marks import this_process
 from warp_rods.studies.new_store import create
 from warp_rods.studies.plan import Plan
 from warp_rods.studies.points import assumes
@@ -30,7 +28,7 @@ from warp_rods.studies.probes import IDLE_SEEDS, probe, seeds_are_idle
 from warp_rods.studies.record import Record, bytes_of_a_rod
 from warp_rods.studies.store import STORE, Store
 from warp_rods.studies.summaries import SETTLED
-from warp_rods.studies.tasks import SCENE, TRAJECTORIES, scene_of
+from warp_rods.studies.tasks import SCENE, scene_of
 
 __all__ = ["begin"]
 
@@ -129,7 +127,9 @@ def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: boo
     attributes = {
         "title": plan.scene.title, "warp_rods_version": version("warp-rods"), "scene_hash": plan.scene.hash(),
         "device": _kind(device), "points_in_a_batch": together, "points_in_a_task": task, "inputs": inputs(plan),
-        "study": uuid.uuid4().hex, "scene": _with_whole_paths(plan.scene),
+        "study": uuid.uuid4().hex,
+        # The present folder of workers is another one.
+        "scene": text_with_whole_paths(plan.scene.to_toml(), Path.cwd()),
     }  # fmt: skip
     own = ["settled", "lost", "message", *(["trajectory"] if plan.sweep.keep == "trajectory" else []), "state"]
     columns = columns_of(found, assumes(plan, found))
@@ -148,16 +148,9 @@ def _created(plan: Plan, folder: Path, device: str, workers: int, overwrite: boo
     return store, [*warnings, f"points are {how}; about {seconds:.2g} s of one core for each"]
 
 
-def _with_whole_paths(scene: Scene) -> str:
-    """The scene as TOML for workers, whose present folder is another one."""
-    tables = tomllib.loads(scene.to_toml())
-    with_whole_paths(tables, Path.cwd())
-    return tomli_w.dumps(tables)
-
-
 def _set_aside(folder: Path) -> None:
     """Remove a folder, which is nobody's from the first moment on."""
-    aside = folder.with_name(f".{folder.name}.{this_process()}.old")
+    aside = aside_of(folder)
     with contextlib.suppress(FileNotFoundError):
         folder.rename(aside)
     shutil.rmtree(aside, ignore_errors=True)

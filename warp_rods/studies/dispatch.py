@@ -73,7 +73,7 @@ class _Running:
         self.tasks[task.name] = _Copies(task, [self.submit(task, avoid)], time.monotonic())
 
     def next_ended(self) -> tuple[Task, Any] | None:
-        """The next task that has ended, with its future; None after a while, and where another copy is still at work.
+        """The next task that has ended, with its future; None where another copy has done it, or is still at work.
 
         Raises queue.Empty after ``TICK`` seconds in which none has ended.
         """

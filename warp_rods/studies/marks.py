@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-__all__ = ["MarkLost", "alone", "this_process"]
+from warp_rods.simulation.leftovers import this_process
+
+__all__ = ["MarkLost", "alone"]
 
 STALE = 30.0
 """Seconds after which the mark of a process that writes is that of one that was killed; a file takes some ms."""
@@ -51,11 +52,6 @@ def alone(mark: Path) -> Iterator[Callable[[], None]]:
         with contextlib.suppress(MarkLost):
             still_alone()
             mark.unlink(missing_ok=True)
-
-
-def this_process() -> str:
-    """A name that no other process has, on any machine."""
-    return f"{socket.gethostname()}-{os.getpid()}"
 
 
 def _made(mark: Path, owner: bytes) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warp_rods.simulation.files import replace_file
+from warp_rods.simulation.leftovers import replace_folder, this_process
 from warp_rods.simulation.zarr_format import (
     METADATA,
     NUMBERS,
@@ -23,7 +24,6 @@ from warp_rods.simulation.zarr_format import (
 )
 from warp_rods.studies.axes import SEED, Axis
 from warp_rods.studies.columns import Column
-from warp_rods.studies.marks import this_process
 from warp_rods.studies.store import OWN, Store
 
 __all__ = ["create"]
@@ -55,16 +55,15 @@ def create(
         chunks = (*chunk, *column.shape)
         _write_empty(new / column.name, whole, dtype, fill, (*dims, *column.dims), column.attributes, chunks)
     _consolidate(new)
-    old = path.with_name(f".{path.name}.{this_process()}.old")
     try:
         if overwrite and path.exists():
-            path.rename(old)
-        new.rename(path)
+            replace_folder(path, new)
+        else:
+            new.rename(path)
     except OSError:
         shutil.rmtree(new, ignore_errors=True)
         if not (path / METADATA).exists():
             raise
-    shutil.rmtree(old, ignore_errors=True)
     return Store(path)
 
 

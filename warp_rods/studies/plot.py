@@ -17,10 +17,9 @@ from warp_rods.draw.diagrams import COMPUTED, SEED, diagram, over_how_many, stri
 from warp_rods.draw.labels import label as label_of
 from warp_rods.draw.of_run import FOLDER
 from warp_rods.errors import RunFolderError, SceneError
-from warp_rods.studies.plan import Plan
 from warp_rods.studies.status import counts
 from warp_rods.studies.store import OWN, STORE, Store
-from warp_rods.studies.tasks import scene_of
+from warp_rods.studies.tasks import plan_of
 from warp_rods.values import nearest, shortened
 
 __all__ = ["plot_study"]
@@ -91,7 +90,7 @@ def opened(folder: str | Path) -> xr.Dataset:
     data = data.assign({name: v for name, v in texts.items() if name in data.data_vars}).assign_coords(
         {name: v for name, v in texts.items() if name in data.coords}
     )
-    if not (data["state"] == 1).any():
+    if not (data["state"] == COMPUTED).any():
         raise RunFolderError(f"{folder}: no point is computed yet, so that there is nothing to draw")
     keys = data["state"].dims
     return data.sortby([key for key in keys if key != SEED and data[key].dtype.kind in "fiu"])
@@ -138,7 +137,7 @@ def _unfinished(folder: Path) -> str:
     """How many points are computed, in words, where some are left; empty where none is."""
     with contextlib.suppress(SceneError):  # a study may have been moved away from the files of its scene
         store = Store(folder / STORE)
-        points, left = counts(Plan(scene_of(store), store.dims), store)
+        points, left = counts(plan_of(store), store)
         done = points.get("computed", 0)
         others = sum(points.get(word, 0) for word in ("lost", "failed"))
         return f"{done} of {done + others + left} points computed" if left else ""

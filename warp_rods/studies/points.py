@@ -21,12 +21,10 @@ from warp_rods.studies.batches import batch_tables
 from warp_rods.studies.columns import columns_of
 from warp_rods.studies.plan import Index, Plan, Wanted
 from warp_rods.studies.record import Record
+from warp_rods.studies.store import COMPUTED, LOST
 from warp_rods.studies.summaries import each_point, of_all, settled
 
-__all__ = ["COMPUTED", "FAILED", "LOST", "Results", "as_rods", "assumes", "each_alone", "measured", "taken"]
-
-COMPUTED, LOST, FAILED = 1, 2, 3
-"""States of a point: measured; all its rods lost, or one where a run would stop; not possible to simulate."""
+__all__ = ["Results", "as_rods", "assumes", "each_alone", "measured", "taken"]
 
 
 class Results(NamedTuple):

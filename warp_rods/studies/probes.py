@@ -68,14 +68,17 @@ def seeds_are_idle(plan: Plan, simulation: Simulation) -> bool:
     """
     if len(plan.axes[-1]) < 2:
         return False
+
+    def starts(place: Index, seed: int) -> Mapping[str, Mapping[str, Any]]:
+        if place == first and seed == 0:
+            return simulation.variables()
+        return Simulation(plan.scene_at((*place, seed)), str(simulation.device)).variables()
+
+    first, last = (0,) * (len(plan.axes) - 1), tuple(n - 1 for n in plan.shape[:-1])
     with contextlib.suppress(WarpRodsError, ValueError):  # a point that is not possible fails by itself
-        last = tuple(n - 1 for n in plan.shape[:-1])
-        scenes = [plan.scene_at((*place, seed)) for place in ((0,) * len(last), last) for seed in (0, 1)]
-        if any(table.behaviour for scene in scenes for table in scene.swimmers):
+        if any(table.behaviour for place in (first, last) for table in plan.scene_at((*place, 0)).swimmers):
             return False
-        device = str(simulation.device)
-        others = [Simulation(scene, device).variables() for scene in scenes[1:]]
-        return _same(simulation.variables(), others[0]) and _same(*others[1:])
+        return all(_same(starts(place, 0), starts(place, 1)) for place in dict.fromkeys((first, last)))
     return False
 
 

@@ -16,7 +16,7 @@ from warp_rods.simulation.under_way import is_under_way
 from warp_rods.studies.plan import Index, Plan
 from warp_rods.studies.refine import levels
 from warp_rods.studies.store import STATES, STORE, Store
-from warp_rods.studies.tasks import scene_of
+from warp_rods.studies.tasks import plan_of
 
 __all__ = ["counts", "in_a_line", "status", "warnings"]
 
@@ -42,7 +42,7 @@ def status(folder: str | Path) -> str:
     """How far the study in a folder is, in lines; raises RunFolderError where there is none."""
     folder = Path(folder)
     store = Store(folder / STORE)
-    plan = Plan(scene_of(store), store.dims)
+    plan = plan_of(store)
     points, left = counts(plan, store)
     said = ", ".join(f"{count} {word}" for word, count in points.items() if word != "computed")
     lines = [f"{folder}: {_done(points, left)}{': ' if said else ''}{said}"]
@@ -76,7 +76,7 @@ def in_a_line(folder: Path) -> RunStatus:
     """The same in a line of ``warp-rods status`` beside those of runs."""
     try:
         store = Store(folder / STORE)
-        points, left = counts(Plan(scene_of(store), store.dims), store)
+        points, left = counts(plan_of(store), store)
         running = is_under_way(folder)
     except WarpRodsError as fault:
         return RunStatus(folder, State.DAMAGED, why=f"a study: {str(fault).splitlines()[0]}")

@@ -26,18 +26,21 @@ import numpy as np
 from warp_rods.errors import RunFolderError
 from warp_rods.simulation.chunks import crc
 from warp_rods.simulation.files import STUDY, replace_file
+from warp_rods.simulation.leftovers import this_process
 from warp_rods.simulation.zarr_format import (
     METADATA,
     text_chunk,
 )
 from warp_rods.studies.columns import Column
-from warp_rods.studies.marks import MarkLost, alone, this_process
+from warp_rods.studies.marks import MarkLost, alone
 
-__all__ = ["STORE", "Store"]
+__all__ = ["COMPUTED", "FAILED", "FINISHED", "LOST", "OWN", "STATES", "STORE", "Store"]
 
 STORE = STUDY
 STATE = "state"
-STATES = {0: "not computed", 1: "computed", 2: "lost", 3: "failed"}
+COMPUTED, LOST, FAILED = 1, 2, 3
+"""States of a point: measured; all its rods lost, or one where a run would stop; not possible to simulate."""
+STATES = {0: "not computed", COMPUTED: "computed", LOST: "lost", FAILED: "failed"}
 OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
     STATE: ("int8", 0, {"long_name": "state of the point", "flag_values": list(STATES),
                         "flag_meanings": " ".join(word.replace(" ", "_") for word in STATES.values())}),
@@ -47,7 +50,7 @@ OWN: dict[str, tuple[str, Any, dict[str, Any]]] = {
     "trajectory": ("string", "", {"long_name": "the folder of the run of the point"}),
 }  # fmt: skip
 """What every study has at each point: type, fill value, attributes."""
-FINISHED = (1, 2)
+FINISHED = (COMPUTED, LOST)
 OLD = 600.0
 """Seconds after which a temporary file is a leftover of a process that was killed."""
 

@@ -73,13 +73,14 @@ def sweep(
     places = _places(device)
     how = How(",".join(places), scheduler, workers or (mine[1] if mine else _processes(places)), mine)
     said: list[str] = []
+    tell = _teller(said, console)
     begun: tuple[Plan, Store] | None = None
     try:
         with _held(folder, mine):
-            begun = plan, store = _begun(plan, folder, how, overwrite, _teller(said, console), console)
-            _levels(plan, store, folder, how, _teller(said, console), console)
+            begun = plan, store = _begun(plan, folder, how, overwrite, tell, console)
+            _levels(plan, store, folder, how, tell, console)
             for line in warnings(plan, store) if plan.sweep.keep == "trajectory" else ():
-                _teller(said, console)(line)
+                tell(line)
             return Study(folder, *counts(plan, store), said)
     except OSError as fault:
         raise _storage(fault, folder) from None

@@ -14,15 +14,16 @@ import numpy as np
 from warp_rods import __version__
 from warp_rods.errors import RunFolderError
 from warp_rods.scene.scene import Scene
+from warp_rods.simulation.files import TRAJECTORIES
 from warp_rods.simulation.zarr_format import METADATA
 from warp_rods.studies.plan import Index, Plan
-from warp_rods.studies.points import FAILED, Results, as_rods, each_alone
-from warp_rods.studies.store import FINISHED, STORE, Store
+from warp_rods.studies.points import Results, as_rods, each_alone
+from warp_rods.studies.store import FAILED, FINISHED, STORE, Store
 
-__all__ = ["SCENE", "TRAJECTORIES", "Outcome", "Task", "again", "do", "each", "give_up", "scene_of", "tasks_of"]
+__all__ = ["SCENE", "Outcome", "Task", "again", "do", "each", "give_up", "plan_of", "scene_of", "tasks_of"]
 
-SCENE, TRAJECTORIES = "scene.toml", "trajectories"
-"""In the folder of a study: a copy of its scene, and the folders of runs with keep = "trajectory"."""
+SCENE = "scene.toml"
+"""In the folder of a study, a copy of its scene."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,11 @@ def scene_of(store: Store) -> Scene:
     return Scene.parse(store.attributes["scene"])
 
 
+def plan_of(store: Store) -> Plan:
+    """The plan of a study that was begun."""
+    return Plan(scene_of(store), store.dims, store.columns)
+
+
 def _opened(folder: str) -> tuple[Plan, Store, int]:
     """The plan and the store of a study, and how many points are in a batch."""
     try:
@@ -151,5 +157,4 @@ def _opened(folder: str) -> tuple[Plan, Store, int]:
 @lru_cache(maxsize=2)
 def _read(folder: str, *_which: int) -> tuple[Plan, Store, int]:
     store = Store(Path(folder) / STORE)
-    plan = Plan(scene_of(store), store.dims, store.columns)
-    return plan, store, int(store.attributes["points_in_a_batch"])
+    return plan_of(store), store, int(store.attributes["points_in_a_batch"])
